@@ -1,0 +1,24 @@
+//! Contact laws with impact and friction for nonsmooth contact dynamics.
+//!
+//! A [`ContactLaw`] is a few numbers in and a few numbers out: from the local velocity at the start of the
+//! step and the scheme parameter θ it gives the velocity at which the Coulomb inclusion is written,
+//!
+//! ```text
+//!   û = γ u_{k+1} + (1 − γ) u_k + s,        −Φ(û) ∈ N_K(p),        Φ(w) = w + μ‖w_T‖ e_N
+//! ```
+//!
+//! It sees neither the Delassus operator, nor the solver, nor the state. A new law is one file beside the ones
+//! here and one line in the [`register!`] call at the end of this page.
+
+mod law;
+mod parameter;
+mod registry;
+
+pub use law::{ContactLaw, Evaluation, Scalar};
+pub use parameter::{Description, FRICTION, LawError, LawFamily, Parameter, RESTITUTION};
+
+registry::register! {
+    newton_coulomb::NewtonCoulomb,
+    fremond::Fremond,
+    moreau::MoreauAveraged,
+}

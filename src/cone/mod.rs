@@ -1,0 +1,21 @@
+//! The cone problem: Delassus operator, Coulomb cone and its projections, residuals, one contact exactly.
+//!
+//! Given W, b, μ find the percussions r with
+//!
+//! ```text
+//!   w = W r + b,    K* ∋ Φ(w) ⟂ r ∈ K,    Φ(w) = w + μ‖w_T‖ e_N     (81)
+//!   K = {‖r_T‖ ≤ μ r_N},   K* = {μ‖u_T‖ ≤ u_N}
+//! ```
+//!
+//! Every problem has w = u_{k+1} + δ, the shifted velocity, which is not the velocity u_{k+1}.
+
+mod block_matrix;
+mod coulomb;
+mod one_contact;
+mod problem;
+
+pub use block_matrix::BlockMatrix;
+pub use coulomb::{Status, StatusCount};
+pub use coulomb::{de_saxce, largest_eigenvalue, project, status};
+pub use one_contact::solve_one_contact;
+pub use problem::{ConeProblem, ProblemError, Residual, SPECTRUM_LIMIT, SYMMETRY_TOLERANCE};

@@ -1,0 +1,6 @@
+//! Nonsmooth contact dynamics.
+
+pub mod cone;
+pub mod scalar;
+pub mod solver;
+pub use nonsmooth_laws as laws;
