@@ -70,6 +70,12 @@ impl<T: Scalar, const D: usize> BlockRows<T, D> {
         self.columns[range.clone()].iter().copied().zip(&self.entries[range])
     }
 
+    /// The entry at place `index` in the order of filling.
+    #[inline]
+    pub fn entry(&self, index: usize) -> &SVector<T, D> {
+        &self.entries[index]
+    }
+
     /// u = H^row v, the local velocity.
     #[inline]
     pub fn velocity(&self, row: usize, v: &[T]) -> SVector<T, D> {
