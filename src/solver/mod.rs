@@ -177,6 +177,9 @@ impl<T: Scalar, const D: usize, S: ConeSolver<T, D> + ?Sized> ConeSolver<T, D> f
     }
 }
 
+/// Name of the solver taken where none is chosen.
+pub const DEFAULT: &str = "nsgs";
+
 /// The default tolerance on the scaled residual: 1e-10, or 64 ε where the scalar cannot resolve that.
 pub fn default_tolerance<T: Scalar>() -> T {
     let floor = lit::<T>(64.0) * epsilon::<T>();
