@@ -14,7 +14,7 @@ pub enum Factor<T: Scalar> {
     /// Dense Cholesky factors.
     Dense(Cholesky<T, Dyn>),
     /// Sparse Cholesky factors.
-    Sparse(SparseCholesky<T>),
+    Sparse(Box<SparseCholesky<T>>),
 }
 
 /// Why an operator could not be factored.
@@ -48,7 +48,7 @@ impl<T: Scalar> Factor<T> {
             Symmetric::Dense(a) => Cholesky::new(a.clone())
                 .map(Self::Dense)
                 .ok_or_else(|| FactorError::NotPositiveDefinite { pivot: first_bad_minor(a) }),
-            Symmetric::Sparse(a) => SparseCholesky::new(a).map(Self::Sparse),
+            Symmetric::Sparse(a) => SparseCholesky::new(a).map(|factors| Self::Sparse(Box::new(factors))),
         }
     }
 

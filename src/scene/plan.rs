@@ -1,6 +1,6 @@
 //! The runs a scene asks for: every law with every solver, after what the caller overrides.
 
-use super::{Scene, SceneError};
+use super::{ScalarName, Scene, SceneError};
 use crate::{laws, solver};
 
 /// What a caller may change of a scene; `None` and empty lists leave it as it is.
@@ -18,6 +18,8 @@ pub struct Overrides {
     pub end: Option<f64>,
     /// Solver tolerance.
     pub tolerance: Option<f64>,
+    /// Arithmetic.
+    pub scalar: Option<ScalarName>,
     /// Accept a θ outside the claimed intervals.
     pub allow_unproved_theta: bool,
 }
@@ -47,6 +49,7 @@ impl Scene {
         time.step = overrides.step.unwrap_or(time.step);
         time.end = overrides.end.unwrap_or(time.end);
         time.allow_unproved_theta |= overrides.allow_unproved_theta;
+        self.scalar = overrides.scalar.unwrap_or(self.scalar);
         self.solver.tolerance = overrides.tolerance.or(self.solver.tolerance);
     }
 

@@ -436,6 +436,13 @@ where
         StepError::Contact { step, time, contact: self.system.contact_label(contact), what }
     }
 
+    /// The candidate contacts with gap ≤ `reach` in the state reached.
+    pub fn candidates(&mut self, reach: T) -> &[Candidate<T>] {
+        self.candidates.clear();
+        self.system.candidates(&self.state.q, reach, &mut self.candidates);
+        &self.candidates
+    }
+
     /// The state reached.
     pub fn state(&self) -> &State<T> {
         &self.state
