@@ -1,6 +1,6 @@
 //! The solvers by name: one line each.
 
-use super::{ConeSolver, Stopping, StoppingError, nsgs};
+use super::{ConeSolver, Stopping, StoppingError, nsgs, semismooth_newton};
 use crate::scalar::Scalar;
 
 /// A solver as the registry lists it.
@@ -69,6 +69,7 @@ macro_rules! register {
 
 register! {
     nsgs::Nsgs,
+    semismooth_newton::SemismoothNewton,
 }
 
 /// The registry's entry for a solver.
