@@ -1,5 +1,7 @@
 //! The solvers by name: one line each.
 
+#[cfg(feature = "clarabel")]
+use super::convex_fixed_point;
 use super::{ConeSolver, Stopping, StoppingError, nsgs, semismooth_newton};
 use crate::scalar::Scalar;
 
@@ -70,6 +72,8 @@ macro_rules! register {
 register! {
     nsgs::Nsgs,
     semismooth_newton::SemismoothNewton,
+    #[cfg(feature = "clarabel")]
+    convex_fixed_point::ConvexFixedPoint,
 }
 
 /// The registry's entry for a solver.
