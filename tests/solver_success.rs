@@ -50,7 +50,7 @@ fn success_rates() {
     let names = std::env::var("SOLVER").unwrap_or_else(|_| "newton".into());
     for name in names.split(',') {
         for singular in [false, true] {
-            for friction in [0.0, 0.1, 0.5, 1.0, 2.0, 10.0] {
+            for friction in frictions() {
                 family::<f64, 1>(name, friction, singular, count);
                 family::<f64, 2>(name, friction, singular, count);
                 family::<f64, 3>(name, friction, singular, count);
@@ -60,4 +60,10 @@ fn success_rates() {
             }
         }
     }
+}
+
+/// The coefficients of friction measured: `FRICTION=2,10` narrows them.
+fn frictions() -> Vec<f64> {
+    let list = std::env::var("FRICTION").unwrap_or_else(|_| "0,0.1,0.5,1,2,10".into());
+    list.split(',').filter_map(|mu| mu.parse().ok()).collect()
 }

@@ -34,8 +34,8 @@ pub struct ConvexFixedPointSettings<T> {
     pub program_iterations: u32,
     /// Steps the Anderson acceleration of s remembers (count). Default 5; 0 is the plain fixed point.
     pub memory: usize,
-    /// Part of the way from s to its image that a step takes (in (0, 1]). Default 1; it is halved, down to 1/8,
-    /// each time 20 programs in a row bring no better iterate.
+    /// Part of the way from s to its image that a step takes (in (0, 1]). Default 1; each time 10 programs in a
+    /// row bring no better iterate it is halved, down to 1/8, and s is restarted from another place.
     pub damping: T,
     /// Polish of the iterates. Default 25 Newton steps.
     pub polish: Polish,
@@ -128,6 +128,16 @@ impl<T: Scalar, const D: usize> ConvexFixedPoint<T, D> {
         }));
     }
 
+    /// Another place to continue a cycle from: s between 0 and twice the images, spread over the contacts by the
+    /// golden ratio so that no two restarts look alike.
+    fn spread(&mut self, restart: usize) {
+        let mean = self.image.iter().fold(T::zero(), |sum, &s| sum + s) / lit::<T>(self.image.len() as f64);
+        for (i, (s, &image)) in self.shift.iter_mut().zip(&self.image).enumerate() {
+            let place = ((restart * self.image.len() + i) as f64 * 0.618_033_988_749_894_9).fract();
+            *s = if image > T::zero() { image.max(mean) * lit::<T>(2.0 * place) } else { image };
+        }
+    }
+
     /// ½ (W − Wᵀ) x.
     fn asymmetry(&self, into: &mut [SVector<T, D>]) {
         let w = self.scaled.problem().delassus();
@@ -160,6 +170,9 @@ impl<T: Scalar, const D: usize> ConvexFixedPoint<T, D> {
         }
     }
 }
+
+/// Programs without a better iterate before the fixed point is taken to cycle.
+const STAGNATION: usize = 10;
 
 impl<T: Scalar, const D: usize> Family<T> for ConvexFixedPoint<T, D> {
     const DESCRIPTION: Description = Description {
@@ -216,7 +229,7 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for ConvexFixedPoint<T, D> {
 
         self.anderson.clear();
         let mut damping = self.settings.damping;
-        let (mut polished_at, mut since_best, mut unbounded) = (T::infinity_impl(), 0, 0);
+        let (mut polished_at, mut since_best, mut unbounded, mut restarts) = (T::infinity_impl(), 0, 0, 0);
         let budget = control.max_iterations(200);
         for step in 1..=budget {
             program.solve();
@@ -257,9 +270,12 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for ConvexFixedPoint<T, D> {
                 }
                 self.anderson.advance(&mut self.shift, &self.image);
                 self.shift.iter_mut().for_each(|s| *s = s.max(T::zero()));
-                if since_best >= 20 {
+                if since_best >= STAGNATION {
+                    restarts += 1;
                     damping = (damping * lit::<T>(0.5)).max(lit::<T>(0.125));
                     since_best = 0;
+                    polished_at = T::infinity_impl();
+                    self.spread(restarts);
                     self.anderson.clear();
                 }
             }

@@ -242,14 +242,14 @@ impl<T: Scalar, const D: usize> SemismoothNewton<T, D> {
     fn proximal(
         &mut self,
         formulation: Formulation,
-        mut a: T,
+        (mut a, most): (T, usize),
         problem: &ConeProblem<T, D>,
         control: &mut Control<'_, T>,
     ) -> End {
         let (least, tenth) = (lit::<T>(1e-9).max(epsilon::<T>() * lit::<T>(16.0)), lit::<T>(0.1));
         let (mut floor, mut failures, mut quick) = (least, 0, 0);
         let first = self.steps;
-        while failures < 20 && self.steps - first < ATTEMPT_STEPS {
+        while failures < 20 && self.steps - first < most {
             self.center.clone_from(&self.r);
             let natural = self.merit(&self.r, Formulation::NaturalMap, T::zero()).0;
             let end = self.phase(formulation, a, a, (natural * lit::<T>(1e-6), 20), problem, control);
@@ -290,25 +290,38 @@ impl<T: Scalar, const D: usize> SemismoothNewton<T, D> {
         End::Stagnation
     }
 
-    /// Another place to start from: the best iterate, rest, or what a few Gauss–Seidel sweeps make of them.
+    /// Another place to start from: Gauss–Seidel sweeps from rest first, then percussions of the size of the best
+    /// iterate's spread over the cones by the golden ratio, so that every restart tries other statuses.
     fn restart(&mut self, attempt: usize) {
-        self.r.clone_from(&self.best);
-        if attempt % 4 >= 2 {
+        let m = self.r.len();
+        if attempt == 1 {
             self.r.fill(SVector::zeros());
-        }
-        if attempt % 2 == 1 {
-            let m = self.r.len();
-            for i in (0..10 * attempt.min(20)).flat_map(|_| 0..m) {
+            for i in (0..20).flat_map(|_| 0..m) {
                 self.r[i] = self.scaled.problem().solve_contact(i, &self.r);
             }
+            return;
+        }
+        let square = self.best.iter().fold(T::zero(), |sum, r| sum + r.norm_squared());
+        let size = ComplexField::sqrt(square / lit::<T>(m as f64)) + T::one();
+        // The quadratic Weyl sequence 2 frac(φ n²) in [0, 2).
+        let mut n = (attempt * D * m) as f64;
+        let mut next = || {
+            n += 1.0;
+            2.0 * (GOLDEN * n * n).fract()
+        };
+        for (r, &mu) in self.r.iter_mut().zip(self.scaled.problem().friction()) {
+            r[0] = size * lit::<T>(next());
+            (1..D).for_each(|d| r[d] = mu * r[0] * lit::<T>(2.0 * next() - 2.0));
         }
     }
 }
 
+/// The fractional part of the golden ratio.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// Default budget of Newton steps.
 const DEFAULT_STEPS: usize = 4_000;
-/// Newton steps of one proximal attempt before another start is tried.
-const ATTEMPT_STEPS: usize = 600;
+/// Newton steps of the first proximal attempt before another start is tried, and of the later ones.
+const ATTEMPT_STEPS: [usize; 2] = [600, 100];
 /// Full steps the watchdog lets pass.
 const FREE_STEPS: usize = 6;
 
@@ -361,8 +374,11 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for SemismoothNewton<T, D> {
             if end == End::Over || !self.settings.fallback || self.steps >= budget {
                 break;
             }
-            self.r.clone_from(&self.best);
-            end = self.proximal(formulation, self.settings.proximal_weight, problem, control);
+            if attempt == 0 {
+                self.r.clone_from(&self.best);
+            }
+            let first = (self.settings.proximal_weight, ATTEMPT_STEPS[attempt.min(1)]);
+            end = self.proximal(formulation, first, problem, control);
             if end == End::Over || attempt >= MOST_ATTEMPTS {
                 break;
             }
@@ -379,4 +395,4 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for SemismoothNewton<T, D> {
 }
 
 /// Attempts of the fallback; the budget usually ends before.
-const MOST_ATTEMPTS: usize = 20;
+const MOST_ATTEMPTS: usize = 1_000;
