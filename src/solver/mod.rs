@@ -5,9 +5,21 @@
 //! [`ConeSolver::solve`], which checks the data, measures the residual of the result on the problem and calls a
 //! missed tolerance an error.
 
+#[cfg(feature = "clarabel")]
+mod acceleration;
+mod complementarity;
+#[cfg(feature = "clarabel")]
+mod conic_program;
 mod control;
+#[cfg(feature = "clarabel")]
+mod convex_fixed_point;
+#[cfg(feature = "clarabel")]
+mod feasibility;
+mod newton_matrix;
 mod nsgs;
 mod registry;
+mod scaling;
+mod semismooth_newton;
 
 use std::fmt::Debug;
 
@@ -16,9 +28,15 @@ use nalgebra::SVector;
 use crate::cone::{ConeProblem, ProblemError, Residual};
 use crate::scalar::{Scalar, all_finite, epsilon, lit, to_f64};
 
+pub use complementarity::Formulation;
 pub use control::{Control, Progress, Stopping, StoppingError};
+#[cfg(feature = "clarabel")]
+pub use convex_fixed_point::{ConvexFixedPoint, ConvexFixedPointSettings, Polish};
+#[cfg(feature = "clarabel")]
+pub use feasibility::{Feasibility, feasibility};
 pub use nsgs::{Nsgs, NsgsSettings, Sweep};
 pub use registry::{Description, Family, SOLVERS, UnknownSolver, build, describe};
+pub use semismooth_newton::{SemismoothNewton, SemismoothNewtonSettings};
 
 /// What a successful solve reports; the residual is measured on the problem, never estimated by the solver.
 #[derive(Debug, Clone, Copy, PartialEq)]

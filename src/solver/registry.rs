@@ -1,6 +1,8 @@
 //! The solvers by name: one line each.
 
-use super::{ConeSolver, Stopping, StoppingError, nsgs};
+#[cfg(feature = "clarabel")]
+use super::convex_fixed_point;
+use super::{ConeSolver, Stopping, StoppingError, nsgs, semismooth_newton};
 use crate::scalar::Scalar;
 
 /// A solver as the registry lists it.
@@ -69,6 +71,9 @@ macro_rules! register {
 
 register! {
     nsgs::Nsgs,
+    semismooth_newton::SemismoothNewton,
+    #[cfg(feature = "clarabel")]
+    convex_fixed_point::ConvexFixedPoint,
 }
 
 /// The registry's entry for a solver.
