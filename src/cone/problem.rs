@@ -196,6 +196,17 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
         Residual { natural: natural / (T::one() + b), scaled }
     }
 
+    /// The scaled residual alone, with `sizes` = λ_max(W_αα) at hand.
+    pub(crate) fn scaled_residual(&self, r: &[SVector<T, D>], sizes: &[T]) -> T {
+        let mut sum = T::zero();
+        for (i, (r_i, &size)) in r.iter().zip(sizes).enumerate() {
+            let mu = self.friction[i];
+            let phi = de_saxce(&self.shifted_velocity(i, r), mu);
+            sum += ((r_i - project(&(r_i - phi / size), mu)) * size).norm_squared();
+        }
+        if sum == T::zero() { sum } else { nalgebra::ComplexField::sqrt(sum) / self.b_norm() }
+    }
+
     /// Status of every contact in the solution `r`, with the boundary of the cone taken to `tolerance`.
     pub fn count_status(&self, r: &[SVector<T, D>], tolerance: T) -> StatusCount {
         let mut count = StatusCount::default();

@@ -5,7 +5,9 @@
 //! [`ConeSolver::solve`], which checks the data, measures the residual of the result on the problem and calls a
 //! missed tolerance an error.
 
+mod anderson;
 mod control;
+mod gauss_seidel;
 mod nsgs;
 mod registry;
 
