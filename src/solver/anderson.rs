@@ -69,7 +69,9 @@ impl<T: Scalar, const D: usize> Anderson<T, D> {
         let mut size = T::zero();
         let columns = self.df[column.clone()].iter_mut().zip(&mut self.dg[column]);
         let state = self.f.iter_mut().zip(&mut self.g);
-        for ((((df, dg), (f, g)), (x, r)), &weight) in columns.zip(state).zip(from.iter().zip(&*r)).zip(weights) {
+        for ((((df, dg), (f, g)), (x, r)), &weight) in
+            columns.zip(state).zip(from.iter().zip(&*r)).zip(weights)
+        {
             let new = r - x;
             *df = new - *f;
             *dg = r - *g;

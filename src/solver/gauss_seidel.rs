@@ -48,12 +48,7 @@ impl<T: Scalar> GaussSeidel<T> {
     }
 
     #[inline(always)]
-    fn visit<const D: usize>(
-        &mut self,
-        problem: &ConeProblem<T, D>,
-        r: &mut [SVector<T, D>],
-        i: usize,
-    ) -> T {
+    fn visit<const D: usize>(&mut self, problem: &ConeProblem<T, D>, r: &mut [SVector<T, D>], i: usize) -> T {
         let old = r[i];
         let block = problem.diagonal(i);
         let others = problem.shifted_velocity(i, r) - block * old;

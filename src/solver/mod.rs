@@ -8,7 +8,10 @@
 mod anderson;
 mod control;
 mod gauss_seidel;
+mod hybrid;
+mod newton;
 mod nsgs;
+mod proximal_newton;
 mod registry;
 
 use std::fmt::Debug;
@@ -19,7 +22,9 @@ use crate::cone::{ConeProblem, ProblemError, Residual};
 use crate::scalar::{Scalar, all_finite, epsilon, lit, to_f64};
 
 pub use control::{Control, Progress, Stopping, StoppingError};
+pub use hybrid::{Hybrid, HybridSettings};
 pub use nsgs::{Nsgs, NsgsSettings, Sweep};
+pub use proximal_newton::{ProximalNewton, ProximalNewtonSettings};
 pub use registry::{Description, Family, SOLVERS, UnknownSolver, build, describe};
 
 /// What a successful solve reports; the residual is measured on the problem, never estimated by the solver.

@@ -1,6 +1,6 @@
 //! The solvers by name: one line each.
 
-use super::{ConeSolver, Stopping, StoppingError, nsgs};
+use super::{ConeSolver, Stopping, StoppingError, hybrid, nsgs, proximal_newton};
 use crate::scalar::Scalar;
 
 /// A solver as the registry lists it.
@@ -68,7 +68,9 @@ macro_rules! register {
 }
 
 register! {
+    hybrid::Hybrid,
     nsgs::Nsgs,
+    proximal_newton::ProximalNewton,
 }
 
 /// The registry's entry for a solver.
