@@ -39,3 +39,9 @@ pub fn all_finite<'a, T: Scalar>(values: impl IntoIterator<Item = &'a T>) -> boo
     // The sum of x·0 is 0 exactly when no x is NaN or infinite, and it vectorises.
     values.into_iter().fold(T::zero(), |acc, &x| acc + x * T::zero()) == T::zero()
 }
+
+/// A count as a scalar.
+#[inline(always)]
+pub fn from_usize<T: Scalar>(n: usize) -> T {
+    lit(n as f64)
+}

@@ -92,6 +92,16 @@ impl<T: Scalar, const D: usize> BlockMatrix<T, D> {
         self.blocks.get(self.diagonal[row])
     }
 
+    /// Start of every row in the columns, and the columns.
+    pub(crate) fn pattern(&self) -> (&[usize], &[usize]) {
+        (&self.starts, &self.columns)
+    }
+
+    /// The stored blocks, row after row.
+    pub(crate) fn blocks(&self) -> &[SMatrix<T, D, D>] {
+        &self.blocks
+    }
+
     /// (W r)_row.
     #[inline]
     pub fn row_product(&self, row: usize, r: &[SVector<T, D>]) -> SVector<T, D> {

@@ -26,7 +26,8 @@ pub fn de_saxce<T: Scalar, const D: usize>(w: &SVector<T, D>, friction: T) -> SV
 #[inline]
 pub fn project<T: Scalar, const D: usize>(x: &SVector<T, D>, friction: T) -> SVector<T, D> {
     let tangential = tangential_norm(x);
-    if tangential <= friction * x[0] {
+    // The sign is a test of its own: with μ = 0 and x_T = 0 the second holds on the negative half-line too.
+    if x[0] >= T::zero() && tangential <= friction * x[0] {
         return *x;
     }
     // In the polar cone −K* (and on its boundary) the projection is the apex.

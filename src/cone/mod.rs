@@ -17,5 +17,7 @@ mod problem;
 pub use block_matrix::BlockMatrix;
 pub use coulomb::{Status, StatusCount};
 pub use coulomb::{de_saxce, largest_eigenvalue, project, status};
-pub use one_contact::solve_one_contact;
-pub use problem::{ConeProblem, ProblemError, Residual, SPECTRUM_LIMIT, SYMMETRY_TOLERANCE};
+pub use one_contact::{solve_one_contact, solve_one_contact_from};
+pub use problem::{
+    ConeProblem, DEFINITENESS_TOLERANCE, ProblemError, Residual, SPECTRUM_LIMIT, SYMMETRY_TOLERANCE,
+};

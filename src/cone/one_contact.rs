@@ -1,145 +1,312 @@
 //! The exact solution of one contact: w = W r + b, K* ∋ Φ(w) ⟂ r ∈ K with W a D×D block.
+//!
+//! Take-off where b_N ≥ 0. Otherwise w_N = 0 and, with r_N eliminated,
+//!
+//! ```text
+//!   (S + αI) r_T = −β,   S = W_TT − W_TN W_NT/W_NN,   β = b_T − W_TN b_N/W_NN,   w_T = −α r_T,
+//!   r_N(α) = −(b_N + W_NT r_T)/W_NN
+//! ```
+//!
+//! The contact sticks (α = 0) where ‖r_T(0)‖ ≤ μ r_N(0); else it slides, with ‖r_T(α)‖ = μ r_N(α) and α > 0.
 
 use nalgebra::{ComplexField, SMatrix, SVector};
 
-use super::coulomb::tangential_norm;
 use crate::scalar::{Scalar, epsilon, lit};
 
 /// The percussion of one contact with Delassus block `w` (W_NN > 0), velocity `b` without it, friction μ ≥ 0.
 ///
-/// Where several solutions exist (Painlevé: b_N ≥ 0 and W_NN ≤ μ|W_NT|) the contact takes off; where none exists
-/// (never for W ≻ 0) the result is the sliding or sticking candidate that comes nearest, and the caller's
-/// residual shows it.
+/// It satisfies the inclusion to a few tens of ε against (1 + μ)(‖b‖ + ‖W‖‖r‖), the block being singular or not, and
+/// slightly asymmetric or not. Where several solutions exist (Painlevé: b_N ≥ 0 and W_NN ≤ μ|W_NT|) the contact
+/// takes off; where none exists (never for W ≻ 0) the result is the candidate of the smallest slip, and the
+/// caller's residual shows it.
 #[inline]
 pub fn solve_one_contact<T: Scalar, const D: usize>(
     w: &SMatrix<T, D, D>,
     b: &SVector<T, D>,
     friction: T,
 ) -> SVector<T, D> {
+    solve_one_contact_from(w, b, friction, &mut T::zero())
+}
+
+/// [`solve_one_contact`] with a first guess of the slip's α = −w_T/r_T in `alpha` (0 is no guess), which is
+/// replaced by the one found: the last sweep's value makes the root-finder end at its first evaluation.
+#[inline(always)]
+pub fn solve_one_contact_from<T: Scalar, const D: usize>(
+    w: &SMatrix<T, D, D>,
+    b: &SVector<T, D>,
+    friction: T,
+    alpha: &mut T,
+) -> SVector<T, D> {
     if b[0] >= T::zero() {
         return SVector::zeros();
     }
     if D == 1 || friction == T::zero() {
-        let mut r = SVector::zeros();
-        r[0] = -b[0] / w[(0, 0)];
-        return r;
+        return vector(-b[0] / w[(0, 0)], [T::zero(); 2]);
     }
     match D {
         2 => planar(w, b, friction),
-        _ => spatial(w, b, friction),
+        _ => spatial(w, b, friction, alpha),
     }
 }
 
-/// Stick, else the two slides r_T = ±μ r_N.
-#[inline]
+#[inline(always)]
+fn vector<T: Scalar, const D: usize>(normal: T, tangential: [T; 2]) -> SVector<T, D> {
+    SVector::from_fn(|i, _| if i == 0 { normal } else { tangential[i - 1] })
+}
+
+/// A singular S is regularised by this much of W_TT: below the rounding of S, so that the slip it lets through
+/// is rounding too.
+#[inline(always)]
+fn floor<T: Scalar>(tangential_trace: T) -> T {
+    lit::<T>(4.0) * epsilon::<T>() * tangential_trace
+}
+
+/// In the plane r_T(α) keeps the sign of −β and r_N(α)/|r_T(α)| is affine in α: no iteration.
+#[inline(always)]
 fn planar<T: Scalar, const D: usize>(w: &SMatrix<T, D, D>, b: &SVector<T, D>, friction: T) -> SVector<T, D> {
     let (nn, nt, tn, tt) = (w[(0, 0)], w[(0, 1)], w[(1, 0)], w[(1, 1)]);
-    let mut r = SVector::zeros();
-    let determinant = nn * tt - nt * tn;
-    // A block of rank one sticks without resistance: one of the slides then carries w_T = 0.
-    if determinant > lit::<T>(4.0) * epsilon::<T>() * nn * tt {
-        r[0] = (nt * b[1] - tt * b[0]) / determinant;
-        r[1] = (tn * b[0] - nn * b[1]) / determinant;
-        if tangential_norm(&r) <= friction * r[0] {
-            return r;
-        }
+    let inverse = T::one() / nn;
+    let s = tt - tn * nt * inverse;
+    let s = if s > floor(tt) { s } else { floor(tt) };
+    let beta = b[1] - tn * b[0] * inverse;
+    let side = if beta > T::zero() { -friction } else { friction };
+    // |r_T| ≤ μ r_N at α = 0, multiplied out; the stiffness is that of the slide r_T = ±μ r_N.
+    let stiffness = nn + side * nt;
+    if ComplexField::abs(beta) * stiffness <= -friction * b[0] * s {
+        // Also the answer where W_TT = 0 = β, which leaves 0/0.
+        let tangential = if beta == T::zero() { beta } else { -beta / s };
+        return vector(-(b[0] + nt * tangential) * inverse, [tangential, T::zero()]);
     }
-    // Slide with r_T = σ μ r_N: w_N = 0 gives r_N, and the slip must oppose the percussion, σ w_T ≤ 0.
-    let mut best = (T::infinity_impl(), SVector::zeros());
-    for side in [friction, -friction] {
-        let stiffness = nn + side * nt;
-        if stiffness > T::zero() {
-            let normal = -b[0] / stiffness;
-            let slip = (tn + side * tt) * normal + b[1];
-            let violation = if side > T::zero() { slip } else { -slip };
-            if violation < best.0 {
-                let mut r = SVector::zeros();
-                r[0] = normal;
-                r[1] = side * normal;
-                best = (violation, r);
-            }
-        }
-    }
-    best.1
+    let normal = -b[0] / stiffness;
+    vector(normal, [side * normal, T::zero()])
 }
 
-/// Stick, else the slide w_N = 0, w_T = −α r_T, α ≥ 0: with r_N eliminated, (S + αI) r_T = −β and the scalar
-/// equation h(α) = μ r_N(α)/‖r_T(α)‖ − 1 = 0, negative at 0 and positive at infinity.
-fn spatial<T: Scalar, const D: usize>(w: &SMatrix<T, D, D>, b: &SVector<T, D>, friction: T) -> SVector<T, D> {
-    let nn = w[(0, 0)];
-    let (nt1, nt2, t1n, t2n) = (w[(0, 1)], w[(0, 2)], w[(1, 0)], w[(2, 0)]);
-    // Schur complement of W_NN; not symmetrised, for W may be slightly asymmetric.
-    let (a, c1) = (w[(1, 1)] - t1n * nt1 / nn, w[(1, 2)] - t1n * nt2 / nn);
-    let (c2, d) = (w[(2, 1)] - t2n * nt1 / nn, w[(2, 2)] - t2n * nt2 / nn);
-    let (beta1, beta2) = (b[1] - t1n * b[0] / nn, b[2] - t2n * b[0] / nn);
-    let trace = a + d;
+/// The data of one contact with r_N eliminated.
+struct Eliminated<T> {
+    /// S in rows, not symmetrised: W may be slightly asymmetric, and is solved as given.
+    s: [[T; 2]; 2],
+    beta: [T; 2],
+    /// W_NT/W_NN.
+    coupling: [T; 2],
+    /// −b_N/W_NN.
+    normal: T,
+}
 
-    let percussion = |alpha: T| {
-        let (p, q) = (a + alpha, d + alpha);
-        let determinant = p * q - c1 * c2;
-        let t1 = (c1 * beta2 - q * beta1) / determinant;
-        let t2 = (c2 * beta1 - p * beta2) / determinant;
-        let n = -(b[0] + nt1 * t1 + nt2 * t2) / nn;
-        (n, t1, t2, determinant)
-    };
-    let vector = |n: T, t1: T, t2: T| {
-        let mut r = SVector::zeros();
-        (r[0], r[1], r[2]) = (n, t1, t2);
-        r
-    };
+/// r_T and r_N at one α, with their derivatives.
+struct Slip<T> {
+    t: [T; 2],
+    dt: [T; 2],
+    n: T,
+    dn: T,
+}
 
-    let (n, t1, t2, determinant) = percussion(T::zero());
-    let regular = determinant > lit::<T>(4.0) * epsilon::<T>() * trace * trace;
-    if regular && t1 * t1 + t2 * t2 <= friction * friction * n * n && n >= T::zero() {
-        return vector(n, t1, t2);
-    }
-
-    // Newton on h inside a bracket [low, high], h(low) < 0 < h(high), with doubling or bisection as a guard.
-    let beta = ComplexField::sqrt(beta1 * beta1 + beta2 * beta2);
-    let coupling = ComplexField::sqrt(nt1 * nt1 + nt2 * nt2) / nn;
-    let normal = -b[0] / nn;
-    let guess = beta * (T::one() + friction * coupling) / (friction * normal) - trace * lit::<T>(0.5);
-    let mut alpha = if guess > T::zero() { guess } else { trace * lit::<T>(0.5e-3) };
-    let (mut low, mut high) = (T::zero(), None::<T>);
-    let mut r = vector(normal, T::zero(), T::zero());
-    let tolerance = lit::<T>(4.0) * epsilon::<T>();
-    for _ in 0..200 {
-        let (n, t1, t2, determinant) = percussion(alpha);
-        let norm = ComplexField::sqrt(t1 * t1 + t2 * t2);
-        if norm == T::zero() {
-            // β = 0: no tangential percussion is called for.
-            return vector(n, T::zero(), T::zero());
-        }
-        r = vector(n, t1, t2);
-        let h = friction * n / norm - T::one();
-        if ComplexField::abs(h) <= tolerance {
-            break;
-        }
-        if h < T::zero() {
-            low = alpha;
-        } else {
-            high = Some(alpha);
-        }
-        // r_T' = −(S + αI)⁻¹ r_T, r_N' = −W_NT r_T'/W_NN.
-        let (p, q) = (a + alpha, d + alpha);
-        let d1 = (c1 * t2 - q * t1) / determinant;
-        let d2 = (c2 * t1 - p * t2) / determinant;
-        let dn = -(nt1 * d1 + nt2 * d2) / nn;
-        let slope = friction * (dn / norm - n * (t1 * d1 + t2 * d2) / (norm * norm * norm));
-        let newton = alpha - h / slope;
-        let inside = slope > T::zero() && newton > low && high.is_none_or(|high| newton < high);
-        let next = match (inside, high) {
-            (true, _) => newton,
-            (false, Some(high)) => (low + high) * lit::<T>(0.5),
-            (false, None) => alpha * lit::<T>(4.0),
+impl<T: Scalar> Eliminated<T> {
+    #[inline(always)]
+    fn new<const D: usize>(w: &SMatrix<T, D, D>, b: &SVector<T, D>) -> Self {
+        let inverse = T::one() / w[(0, 0)];
+        let coupling = [w[(0, 1)] * inverse, w[(0, 2)] * inverse];
+        let normal = -b[0] * inverse;
+        let row = |i: usize| {
+            let tn = w[(i, 0)];
+            [w[(i, 1)] - tn * coupling[0], w[(i, 2)] - tn * coupling[1]]
         };
-        if next == alpha {
+        let beta = [b[1] + w[(1, 0)] * normal, b[2] + w[(2, 0)] * normal];
+        Self { s: [row(1), row(2)], beta, coupling, normal }
+    }
+
+    /// r_N for r_T = `t`.
+    #[inline(always)]
+    fn normal(&self, t: [T; 2]) -> T {
+        self.normal - dot(self.coupling, t)
+    }
+
+    /// det(S + αI), `None` where S + αI is not positive.
+    #[inline(always)]
+    fn determinant(&self, alpha: T, least: T) -> Option<T> {
+        let (p, q) = (self.s[0][0] + alpha, self.s[1][1] + alpha);
+        let determinant = p * q - self.s[0][1] * self.s[1][0];
+        (determinant > least * (p + q) && p + q > T::zero()).then_some(determinant)
+    }
+
+    /// −(S + αI)⁻¹ x by the nonsymmetric 2×2 formula.
+    #[inline(always)]
+    fn solve(&self, alpha: T, inverse: T, x: [T; 2]) -> [T; 2] {
+        let (p, q) = (self.s[0][0] + alpha, self.s[1][1] + alpha);
+        [(self.s[0][1] * x[1] - q * x[0]) * inverse, (self.s[1][0] * x[0] - p * x[1]) * inverse]
+    }
+
+    /// r_T(α). The 2×2 formula alone leaves a residual of cond(S)·ε, one refinement leaves (cond(S)·ε)² + ε; an
+    /// ill-conditioned S is eliminated with a pivot instead.
+    #[inline(always)]
+    fn tangential(&self, alpha: T, determinant: T) -> [T; 2] {
+        let [[a, c1], [c2, d]] = self.s;
+        let (p, q) = (a + alpha, d + alpha);
+        if determinant < ComplexField::sqrt(epsilon::<T>()) * (p + q) * (p + q) {
+            return self.eliminate(p, q);
+        }
+        let inverse = T::one() / determinant;
+        let t = self.solve(alpha, inverse, self.beta);
+        let rest = [self.beta[0] + p * t[0] + c1 * t[1], self.beta[1] + c2 * t[0] + q * t[1]];
+        let correction = self.solve(alpha, inverse, rest);
+        [t[0] + correction[0], t[1] + correction[1]]
+    }
+
+    /// Gaussian elimination with the larger diagonal entry as pivot.
+    fn eliminate(&self, p: T, q: T) -> [T; 2] {
+        let [[_, c1], [c2, _]] = self.s;
+        let [x, y] = self.beta;
+        if p >= q {
+            let l = c2 / p;
+            let t = (l * x - y) / (q - l * c1);
+            [-(x + c1 * t) / p, t]
+        } else {
+            let l = c1 / q;
+            let t = (l * y - x) / (p - l * c2);
+            [t, -(y + c2 * t) / q]
+        }
+    }
+
+    #[inline(always)]
+    fn slip(&self, alpha: T, determinant: T) -> Slip<T> {
+        let t = self.tangential(alpha, determinant);
+        let dt = self.solve(alpha, T::one() / determinant, t);
+        Slip { t, dt, n: self.normal(t), dn: -dot(self.coupling, dt) }
+    }
+
+    /// The point of the segment from `inside` (μ r_N > ‖r_T‖) to `outside` the cone that is on the cone.
+    #[cold]
+    fn blend(&self, friction: T, mut inside: [T; 2], mut outside: [T; 2]) -> [T; 2] {
+        for _ in 0..60 {
+            let half = lit::<T>(0.5);
+            let middle = [(inside[0] + outside[0]) * half, (inside[1] + outside[1]) * half];
+            if norm(middle) < friction * self.normal(middle) {
+                inside = middle;
+            } else {
+                outside = middle;
+            }
+        }
+        inside
+    }
+}
+
+#[inline(always)]
+fn dot<T: Scalar>(x: [T; 2], y: [T; 2]) -> T {
+    x[0] * y[0] + x[1] * y[1]
+}
+
+#[inline(always)]
+fn norm<T: Scalar>(x: [T; 2]) -> T {
+    ComplexField::sqrt(dot(x, x))
+}
+
+#[inline(always)]
+fn spatial<T: Scalar, const D: usize>(
+    w: &SMatrix<T, D, D>,
+    b: &SVector<T, D>,
+    friction: T,
+    alpha: &mut T,
+) -> SVector<T, D> {
+    let contact = Eliminated::new(w, b);
+    if contact.beta == [T::zero(); 2] {
+        return vector(contact.normal, [T::zero(); 2]);
+    }
+    let floor = floor(w[(1, 1)] + w[(2, 2)]);
+    let (least, determinant) = match contact.determinant(T::zero(), floor) {
+        Some(determinant) => (T::zero(), Some(determinant)),
+        None => (floor, contact.determinant(floor, T::zero())),
+    };
+    let mut outside = None;
+    if let Some(determinant) = determinant {
+        let t = contact.tangential(least, determinant);
+        let n = contact.normal(t);
+        if norm(t) <= friction * n {
+            return vector(n, t);
+        }
+        outside = Some(t);
+    }
+    let t = slide(&contact, friction, least, floor, outside, alpha);
+    let length = norm(t);
+    // Along r_T, w_N = 0 gives r_N: on the cone to the last digit.
+    let reach = friction / length;
+    let direction = [t[0] * reach, t[1] * reach];
+    let stiffness = w[(0, 0)] + w[(0, 1)] * direction[0] + w[(0, 2)] * direction[1];
+    // Where the slide has little stiffness of its own, b_N/stiffness would magnify the rounding of the direction.
+    let normal = if stiffness > lit::<T>(0.1) * w[(0, 0)] { -b[0] / stiffness } else { length / friction };
+    vector(normal, [direction[0] * normal, direction[1] * normal])
+}
+
+/// r_T of the slide (its length not yet exact): Newton on h(α) = μ r_N/‖r_T‖ − 1 inside a bracket low < α < high
+/// with h(low) < 0 < h(high), bisection or growth as a guard. `outside` is r_T at `least`, `resolution` the rounding
+/// of S: where the bracket is narrower, both its ends solve (S + αI) r_T = −β, and so does what lies between.
+#[inline(always)]
+fn slide<T: Scalar>(
+    contact: &Eliminated<T>,
+    friction: T,
+    least: T,
+    resolution: T,
+    mut outside: Option<[T; 2]>,
+    found: &mut T,
+) -> [T; 2] {
+    let trace = contact.s[0][0] + contact.s[1][1];
+    let mut alpha = *found;
+    if !(alpha > least) {
+        let along = T::one() + friction * norm(contact.coupling);
+        let guess = norm(contact.beta) * along / (friction * contact.normal) - trace * lit::<T>(0.5);
+        let small = trace * lit::<T>(0.5e-3) + lit::<T>(4.0) * least;
+        alpha = if guess > small { guess } else { small };
+    }
+    let (mut low, mut high) = (least, None::<(T, [T; 2])>);
+    for _ in 0..100 {
+        if !(alpha < T::infinity_impl()) {
             break;
         }
-        alpha = next;
+        let mut newton = None;
+        if let Some(determinant) = contact.determinant(alpha, T::zero()) {
+            let slip = contact.slip(alpha, determinant);
+            let inverse = T::one() / norm(slip.t);
+            if !(inverse < T::infinity_impl()) {
+                break;
+            }
+            let h = friction * slip.n * inverse - T::one();
+            // dh/dα; h is nearly affine, as 1/‖r_T‖ is in trust-region subproblems.
+            let slope = friction * inverse * (slip.dn - slip.n * dot(slip.t, slip.dt) * inverse * inverse);
+            let step = h / slope;
+            // Against the smallest eigenvalue of S + αI a step this small squares below rounding: its first-order
+            // effect on r_T ends the search.
+            let reach = step * (trace + alpha + alpha) / determinant;
+            let last = lit::<T>(0.01) * epsilon::<T>();
+            let well = determinant > ComplexField::sqrt(epsilon::<T>()) * trace * trace;
+            if slope > T::zero() && h * h <= last && reach * reach <= last && alpha - step > least && well {
+                *found = alpha - step;
+                return [slip.t[0] - step * slip.dt[0], slip.t[1] - step * slip.dt[1]];
+            }
+            if h < T::zero() {
+                (low, outside) = (alpha, Some(slip.t));
+            } else {
+                high = Some((alpha, slip.t));
+            }
+            newton = (slope > T::zero()).then(|| alpha - step);
+        } else {
+            low = alpha;
+        }
+        if high.is_some_and(|(high, _)| high - low <= resolution) {
+            break;
+        }
+        alpha = match (newton, high) {
+            (Some(next), Some((high, _))) if next > low && next < high => next,
+            (Some(next), None) if next > low => next,
+            (_, None) => alpha * lit::<T>(4.0) + resolution,
+            (_, Some((high, _))) if high > lit::<T>(16.0) * (low + resolution) => {
+                ComplexField::sqrt(low + resolution) * ComplexField::sqrt(high)
+            }
+            (_, Some((high, _))) => (low + high) * lit::<T>(0.5),
+        };
     }
-    // On the cone to the last digit, so that the projection of the residual does not see the root-finder.
-    let norm = ComplexField::sqrt(r[1] * r[1] + r[2] * r[2]);
-    let scale = if norm > T::zero() { friction * r[0] / norm } else { T::zero() };
-    vector(r[0], r[1] * scale, r[2] * scale)
+    *found = low;
+    match (high, outside) {
+        (Some((_, inside)), Some(outside)) => contact.blend(friction, inside, outside),
+        (Some((_, t)), None) | (None, Some(t)) if low > least || high.is_some() => t,
+        // Friction so weak that α overflows: r_T → −β/α.
+        _ => [-contact.beta[0], -contact.beta[1]],
+    }
 }

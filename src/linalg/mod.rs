@@ -2,11 +2,15 @@
 
 mod block_rows;
 mod factor;
+mod front;
+mod multifrontal;
 mod sparse;
+mod symbolic;
 mod symmetric;
 
 pub use block_rows::BlockRows;
 pub use factor::{Factor, FactorError};
+pub(crate) use multifrontal::Multifrontal;
 pub use sparse::SparseSymmetric;
 pub use symmetric::{OperatorError, Symmetric};
 

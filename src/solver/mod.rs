@@ -7,6 +7,7 @@
 
 #[cfg(feature = "clarabel")]
 mod acceleration;
+mod anderson;
 mod complementarity;
 #[cfg(feature = "clarabel")]
 mod conic_program;
@@ -15,8 +16,12 @@ mod control;
 mod convex_fixed_point;
 #[cfg(feature = "clarabel")]
 mod feasibility;
+mod gauss_seidel;
+mod hybrid;
+mod newton;
 mod newton_matrix;
 mod nsgs;
+mod proximal_newton;
 mod registry;
 mod scaling;
 mod semismooth_newton;
@@ -34,7 +39,9 @@ pub use control::{Control, Progress, Stopping, StoppingError};
 pub use convex_fixed_point::{ConvexFixedPoint, ConvexFixedPointSettings, Polish};
 #[cfg(feature = "clarabel")]
 pub use feasibility::{Feasibility, feasibility};
+pub use hybrid::{Hybrid, HybridSettings};
 pub use nsgs::{Nsgs, NsgsSettings, Sweep};
+pub use proximal_newton::{ProximalNewton, ProximalNewtonSettings};
 pub use registry::{Description, Family, SOLVERS, UnknownSolver, build, describe};
 pub use semismooth_newton::{SemismoothNewton, SemismoothNewtonSettings};
 
@@ -196,7 +203,7 @@ impl<T: Scalar, const D: usize, S: ConeSolver<T, D> + ?Sized> ConeSolver<T, D> f
 }
 
 /// Name of the solver taken where none is chosen.
-pub const DEFAULT: &str = "nsgs";
+pub const DEFAULT: &str = "hybrid";
 
 /// The default tolerance on the scaled residual: 1e-10, or 64 ε where the scalar cannot resolve that.
 pub fn default_tolerance<T: Scalar>() -> T {

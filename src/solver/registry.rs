@@ -2,7 +2,7 @@
 
 #[cfg(feature = "clarabel")]
 use super::convex_fixed_point;
-use super::{ConeSolver, Stopping, StoppingError, nsgs, semismooth_newton};
+use super::{ConeSolver, Stopping, StoppingError, hybrid, nsgs, proximal_newton, semismooth_newton};
 use crate::scalar::Scalar;
 
 /// A solver as the registry lists it.
@@ -70,10 +70,12 @@ macro_rules! register {
 }
 
 register! {
+    hybrid::Hybrid,
     nsgs::Nsgs,
     semismooth_newton::SemismoothNewton,
     #[cfg(feature = "clarabel")]
     convex_fixed_point::ConvexFixedPoint,
+    proximal_newton::ProximalNewton,
 }
 
 /// The registry's entry for a solver.

@@ -1,0 +1,162 @@
+//! The Newton system in contact space, W formed block by block.
+
+use nalgebra::{SMatrix, SVector};
+
+use super::alart_curnier::{Linear, State};
+use crate::cone::BlockMatrix;
+use crate::linalg::Multifrontal;
+use crate::scalar::{Scalar, lit};
+
+/// Σ_β C_α W_αβ dr_β + (A_α + a C_α) dr_α = −f_α with the scaled W; open contacts (dr = −r) leave the system.
+#[derive(Debug, Clone)]
+pub(super) struct ContactSpace<T: Scalar, const D: usize> {
+    /// Pattern of the problem's W last seen.
+    source: (Vec<usize>, Vec<usize>),
+    /// Its symmetrised pattern, and where in W each entry comes from (`usize::MAX`: nowhere).
+    starts: Vec<usize>,
+    columns: Vec<usize>,
+    from: Vec<usize>,
+    blocks: Vec<SMatrix<T, D, D>>,
+    values: Vec<T>,
+    active: Vec<bool>,
+    rhs: Vec<T>,
+    lu: Multifrontal<T>,
+    analysed: bool,
+}
+
+impl<T: Scalar, const D: usize> ContactSpace<T, D> {
+    pub(super) fn new() -> Self {
+        Self {
+            source: (Vec::new(), Vec::new()),
+            starts: vec![0],
+            columns: Vec::new(),
+            from: Vec::new(),
+            blocks: Vec::new(),
+            values: Vec::new(),
+            active: Vec::new(),
+            rhs: Vec::new(),
+            lu: Multifrontal::new(),
+            analysed: false,
+        }
+    }
+
+    /// Takes S W S.
+    pub(super) fn prepare(&mut self, w: &BlockMatrix<T, D>, scale: &[T]) {
+        let (starts, columns) = w.pattern();
+        if self.source.0 != starts || self.source.1 != columns {
+            self.source.0.clear();
+            self.source.0.extend_from_slice(starts);
+            self.source.1.clear();
+            self.source.1.extend_from_slice(columns);
+            self.symmetrise();
+            self.analysed = false;
+        }
+        self.blocks.clear();
+        for (i, &s) in scale.iter().enumerate() {
+            for entry in self.starts[i]..self.starts[i + 1] {
+                let block = w.blocks().get(self.from[entry]);
+                let factor = s * scale[self.columns[entry]];
+                self.blocks.push(block.map_or_else(SMatrix::zeros, |block| block * factor));
+            }
+        }
+    }
+
+    fn symmetrise(&mut self) {
+        let (starts, columns) = &self.source;
+        let n = starts.len() - 1;
+        let mut transposed: Vec<Vec<usize>> = vec![Vec::new(); n];
+        for i in 0..n {
+            columns[starts[i]..starts[i + 1]].iter().for_each(|&j| transposed[j].push(i));
+        }
+        self.starts.truncate(1);
+        self.columns.clear();
+        self.from.clear();
+        for i in 0..n {
+            let own = starts[i]..starts[i + 1];
+            let (mut entry, mut other) = (own.start, transposed[i].iter().copied().peekable());
+            loop {
+                let column = (entry < own.end).then(|| columns[entry]);
+                match (column, other.peek().copied()) {
+                    (None, None) => break,
+                    (Some(j), k) if k.is_none_or(|k| j <= k) => {
+                        self.columns.push(j);
+                        self.from.push(entry);
+                        entry += 1;
+                        if k == Some(j) {
+                            other.next();
+                        }
+                    }
+                    (_, Some(k)) => {
+                        self.columns.push(k);
+                        self.from.push(usize::MAX);
+                        other.next();
+                    }
+                    (Some(_), None) => unreachable!("a column alone is taken above"),
+                }
+            }
+            self.starts.push(self.columns.len());
+        }
+    }
+
+    #[inline]
+    fn row(&self, i: usize) -> impl Iterator<Item = (usize, &SMatrix<T, D, D>)> {
+        let range = self.starts[i]..self.starts[i + 1];
+        self.columns[range.clone()].iter().copied().zip(&self.blocks[range])
+    }
+
+    /// out = W r.
+    pub(super) fn apply(&self, r: &[SVector<T, D>], out: &mut [SVector<T, D>]) {
+        for (i, out) in out.iter_mut().enumerate() {
+            *out = self.row(i).fold(SVector::zeros(), |sum, (j, block)| sum + block * r[j]);
+        }
+    }
+
+    /// The Newton step `dr`.
+    ///
+    /// # Errors
+    /// The contact at which the factorisation found no pivot.
+    pub(super) fn step(
+        &mut self,
+        linear: &[Linear<T, D>],
+        proximal: T,
+        dr: &mut [SVector<T, D>],
+    ) -> Result<(), usize> {
+        if !self.analysed {
+            self.lu.analyse(&self.starts, &self.columns, D);
+            self.analysed = true;
+        }
+        self.active.clear();
+        self.active.extend(linear.iter().map(|x| x.state != State::Open));
+        for (dr, x) in dr.iter_mut().zip(linear) {
+            *dr = if x.state == State::Open { -x.f } else { SVector::zeros() };
+        }
+        self.values.resize(self.blocks.len() * D * D, lit(0.0));
+        self.rhs.resize(linear.len() * D, lit(0.0));
+        for (i, x) in linear.iter().enumerate() {
+            if x.state == State::Open {
+                continue;
+            }
+            let mut rhs = -x.f;
+            for entry in self.starts[i]..self.starts[i + 1] {
+                let j = self.columns[entry];
+                let block = &self.blocks[entry];
+                if !self.active[j] {
+                    rhs -= x.c * (block * dr[j]);
+                    continue;
+                }
+                let mut value = if x.state == State::Stick { *block } else { x.c * block };
+                if i == j {
+                    value += x.a + x.c * proximal;
+                }
+                self.values[entry * D * D..(entry + 1) * D * D].copy_from_slice(value.as_slice());
+            }
+            self.rhs[i * D..(i + 1) * D].copy_from_slice(rhs.as_slice());
+        }
+        self.lu.factor(&self.values, &self.active)?;
+        self.lu.solve(&mut self.rhs);
+        for (i, dr) in dr.iter_mut().enumerate().filter(|&(i, _)| self.active[i]) {
+            dr.copy_from_slice(&self.rhs[i * D..(i + 1) * D]);
+        }
+        Ok(())
+    }
+}

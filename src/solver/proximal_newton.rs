@@ -1,0 +1,191 @@
+//! Proximal point with a semismooth Newton inside: the solver for hard and large problems.
+
+use nalgebra::{ComplexField, SVector};
+
+use super::newton::{Inner, Outcome, Scaled};
+use super::{Breakdown, ConeSolver, Control, Description, Family, Stopping};
+use crate::cone::ConeProblem;
+use crate::scalar::{Scalar, epsilon, lit};
+
+/// Newton steps allowed by default: the hard problems are combinatorial.
+const DEFAULT_STEPS: usize = 6_000;
+/// Failures in a row after which the solver gives up.
+const MAX_FAILURES: usize = 20;
+/// Newton steps after which the schedule turns gentle.
+const PATIENCE: usize = 120;
+
+/// Settings of [`ProximalNewton`].
+#[derive(Debug, Clone)]
+pub struct ProximalNewtonSettings<T> {
+    /// Tolerance and budget; the default budget is 6,000 Newton steps.
+    pub stopping: Stopping<T>,
+    /// First proximal parameter a, dimensionless (against λ_max(W_αα) = 1), in ]0, 10]. `None` (default) takes 1e-4,
+    /// or 1e-2 above 5,000 contacts.
+    pub proximal: Option<T>,
+}
+
+impl<T: Scalar> Default for ProximalNewtonSettings<T> {
+    fn default() -> Self {
+        Self { stopping: Stopping::default(), proximal: None }
+    }
+}
+
+/// Proximal point algorithm r_{k+1} = solution of w = W r + b + a (r − r_k), each subproblem by semismooth Newton on
+/// the Alart–Curnier map, in units where every λ_max(W_αα) is 1.
+///
+/// The parameter a falls after quick successes and rises after failures; small a with the right statuses is the
+/// quadratic finish. One iteration is one Newton step: one factorisation of a matrix with the pattern of W. Choose it
+/// for hard problems (W singular, chains of contacts) and high accuracy.
+#[derive(Debug, Clone)]
+pub struct ProximalNewton<T: Scalar, const D: usize> {
+    settings: ProximalNewtonSettings<T>,
+    core: ProximalPoint<T, D>,
+}
+
+impl<T: Scalar, const D: usize> ProximalNewton<T, D> {
+    /// The solver with its settings.
+    pub fn new(settings: ProximalNewtonSettings<T>) -> Self {
+        Self { settings, core: ProximalPoint::new() }
+    }
+}
+
+impl<T: Scalar, const D: usize> Family<T> for ProximalNewton<T, D> {
+    const DESCRIPTION: Description = Description {
+        name: "proximal-newton",
+        title: "proximal point with semismooth Newton on the Alart–Curnier map",
+        when: "hard problems (singular W, chains of contacts) and high accuracy",
+        reference: "Alart and Curnier (1991), doi:10.1016/0045-7825(91)90022-X; Rockafellar (1976), doi:10.1137/0314056",
+    };
+
+    fn with_stopping(stopping: Stopping<T>) -> Self {
+        Self::new(ProximalNewtonSettings { stopping, ..ProximalNewtonSettings::default() })
+    }
+}
+
+impl<T: Scalar, const D: usize> ConeSolver<T, D> for ProximalNewton<T, D> {
+    fn name(&self) -> &'static str {
+        <Self as Family<T>>::DESCRIPTION.name
+    }
+
+    fn stopping(&self) -> &Stopping<T> {
+        &self.settings.stopping
+    }
+
+    fn iterate(
+        &mut self,
+        problem: &ConeProblem<T, D>,
+        r: &mut [SVector<T, D>],
+        control: &mut Control<'_, T>,
+    ) -> Result<usize, Breakdown> {
+        self.core.run(problem, r, self.settings.proximal, 0, control)
+    }
+}
+
+/// The proximal parameter's schedule.
+struct Schedule<T> {
+    a: T,
+    floor: T,
+    failures: usize,
+    /// Whether the last success took at most eight steps.
+    quick: bool,
+}
+
+impl<T: Scalar> Schedule<T> {
+    fn success(&mut self, steps: usize, gentle: bool) {
+        let tenth = lit::<T>(0.1);
+        let factor = match steps {
+            0..=4 => tenth,
+            5..=8 if self.quick => ComplexField::sqrt(tenth),
+            13.. => lit(2.0),
+            _ => T::one(),
+        };
+        let factor = if gentle { factor.max(lit(0.4)) } else { factor };
+        self.quick = steps <= 8;
+        self.failures = 0;
+        self.floor *= lit::<T>(0.5);
+        let least = lit::<T>(1e-9).max(lit::<T>(8.0) * epsilon::<T>());
+        self.a = (self.a * factor).max(self.floor).max(least).min(lit(10.0));
+    }
+
+    fn failure(&mut self, gentle: bool) {
+        self.failures += 1;
+        self.quick = false;
+        self.floor = self.a * lit::<T>(2.0);
+        let factor = match self.failures {
+            1 if gentle => 2.0,
+            1 => 4.0,
+            _ => 10.0,
+        };
+        self.a = (self.a * lit::<T>(factor)).min(lit(10.0));
+    }
+}
+
+/// The algorithm with its buffers.
+#[derive(Debug, Clone)]
+pub(super) struct ProximalPoint<T: Scalar, const D: usize> {
+    scaled: Scaled<T, D>,
+    inner: Inner<T, D>,
+    best: Vec<SVector<T, D>>,
+}
+
+impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
+    pub(super) fn new() -> Self {
+        Self { scaled: Scaled::new(), inner: Inner::new(), best: Vec::new() }
+    }
+
+    /// Improves `r`, counting iterations from `before`; `r` is left at the best iterate.
+    pub(super) fn run(
+        &mut self,
+        problem: &ConeProblem<T, D>,
+        r: &mut [SVector<T, D>],
+        proximal: Option<T>,
+        before: usize,
+        control: &mut Control<'_, T>,
+    ) -> Result<usize, Breakdown> {
+        let Self { scaled, inner, best } = self;
+        scaled.prepare(problem);
+        inner.start(scaled, r);
+        // Measured again in the problem's units, the residual may differ by rounding.
+        let target = control.tolerance() * lit::<T>(0.95);
+        let cold = lit(if problem.contacts() > 5_000 { 1e-2 } else { 1e-4 });
+        let a = proximal.unwrap_or(cold);
+        let mut schedule = Schedule { a, floor: T::zero(), failures: 0, quick: false };
+        let budget = control.max_iterations(DEFAULT_STEPS);
+        let mut steps = 0;
+        let mut smallest = scaled.residual(&inner.r, &inner.w);
+        best.clear();
+        best.extend_from_slice(&inner.r);
+        let mut reason = None;
+        while smallest > target && steps < budget {
+            let (outcome, taken) = inner.solve(scaled, schedule.a, target);
+            steps += taken;
+            let residual = scaled.residual(&inner.r, &inner.w);
+            if residual < smallest {
+                smallest = residual;
+                best.copy_from_slice(&inner.r);
+            }
+            let gentle = steps > PATIENCE;
+            match outcome {
+                Outcome::Finished => {}
+                Outcome::Solved => schedule.success(taken, gentle),
+                Outcome::Abandoned => schedule.failure(gentle),
+            }
+            if schedule.failures >= MAX_FAILURES {
+                reason = Some(format!("{MAX_FAILURES} proximal subproblems in a row were abandoned"));
+                break;
+            }
+            if taken == 0 && outcome == Outcome::Solved {
+                // f = 0 to the last digit: nothing is left to improve.
+                break;
+            }
+            if !control.proceed(before + steps, residual) {
+                break;
+            }
+        }
+        scaled.leave(best, r);
+        match reason {
+            Some(message) => Err(Breakdown { iterations: before + steps, message }),
+            None => Ok(before + steps),
+        }
+    }
+}
