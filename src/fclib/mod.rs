@@ -34,6 +34,7 @@ mod problem;
 mod read;
 mod sparse;
 mod store;
+mod write;
 
 pub use condense::CONDENSED_LIMIT;
 pub use error::FclibError;
@@ -41,3 +42,4 @@ pub use problem::{Cone, Data, Global, GlobalBilateral, Info, Local, LocalBilater
 pub use read::{read, read_bytes};
 pub use sparse::SparseMatrix;
 pub use store::allowance;
+pub use write::{WriteOptions, write, write_bytes, write_solution};
