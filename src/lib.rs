@@ -3,6 +3,8 @@
 pub mod cone;
 pub mod contact;
 pub mod energy;
+#[cfg(feature = "fclib")]
+pub mod fclib;
 #[cfg(any(feature = "outputs", feature = "figures"))]
 pub mod file;
 pub mod linalg;

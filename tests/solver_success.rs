@@ -1,11 +1,11 @@
 //! Success rates over random families: run with `--ignored --nocapture` for the table.
 
-mod problems;
+mod random_problems;
 
 use nalgebra::SVector;
 use nonsmooth::scalar::Scalar;
 use nonsmooth::solver::{SolveError, Stopping, build};
-use problems::{Recipe, Stream, random};
+use random_problems::{Recipe, Stream, random};
 
 fn family<T: Scalar, const D: usize>(name: &str, friction: f64, singular: bool, count: usize) {
     let mut solver = build::<T, D>(name, Stopping::default()).expect("registered");
