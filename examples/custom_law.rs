@@ -74,7 +74,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("{:>8}  {:>9}  {:>9}  {:>5}  {:>11}", "t (s)", "u_N- (m/s)", "u_N+ (m/s)", "e", "work (J)");
     while scheme.state().time < 1.5 {
         let step = scheme.step()?.clone();
-        for contact in step.contacts.iter().filter(|contact| contact.before[0] < -0.01) {
+        for contact in step.contacts.iter().filter(|contact| contact.before[0] < -0.25) {
             let restitution = -contact.after[0] / contact.before[0];
             println!(
                 "{:>8.4}  {:>10.5}  {:>10.5}  {restitution:>5.3}  {:>+11.4e}",
