@@ -43,8 +43,8 @@ pub(crate) struct Recipe {
 }
 
 /// The problem of a recipe. The velocity e₀ = (1, 0, …) opens every contact without slip (H_N e₀ = 1, H_T e₀ = 0),
-/// so that H v + δ ∈ int K* for some v whatever δ, which makes a solution exist (Klarbring & Pang 1998,
-/// doi:10.1137/S1052623497327775); b is random and b_N of every contact leans towards impact.
+/// so that H v + δ ∈ int K* for some v whatever δ, which makes a solution exist (Acary, Cadoux, Lemaréchal & Malick
+/// 2011, doi:10.1002/zamm.201000073); b is random and b_N of every contact leans towards impact.
 pub(crate) fn random<T: Scalar, const D: usize>(recipe: &Recipe) -> ConeProblem<T, D> {
     let Recipe { seed, contacts: m, freedom: n, friction, decades } = *recipe;
     let mut stream = Stream(seed);
