@@ -169,6 +169,39 @@ proptest! {
         }
     }
 
+    /// Units far from any mechanics: nothing panics, nothing hangs, and where the squares of the data are numbers
+    /// what is called a solution is one.
+    #[test]
+    fn absurd_magnitudes_are_survived(
+        recipe in recipes(2..=4, 1.0),
+        (mobility, velocity, friction) in (-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64),
+        decades in prop_oneof![Just(60.0), Just(300.0)],
+    ) {
+        let mut problem = redundant::<f64, 3>(recipe);
+        {
+            let (w, b, mu) = problem.parts_mut();
+            let scaled = BlockMatrix::from_fn(b.len(), |i, j| {
+                w.row(i).nth(j).expect("stored in full").1 * 10f64.powf(decades * mobility)
+            });
+            *w = scaled;
+            b.iter_mut().for_each(|b| *b *= 10f64.powf(decades * velocity));
+            mu.iter_mut().for_each(|mu| *mu *= 10f64.powf(decades * friction));
+        }
+        let start = vec![SVector::<f64, 3>::zeros(); problem.contacts()];
+        for solver in SOLVERS {
+            let stopping = Stopping { max_iterations: Some(50), ..Stopping::default() };
+            let mut r = start.clone();
+            match build::<f64, 3>(solver.name, stopping).expect("registered").solve(&problem, &start, &mut r) {
+                Ok(solution) => {
+                    let solved = solution.residual.scaled <= default_tolerance::<f64>();
+                    prop_assert!(solved || decades > 60.0, "{} {solution:?}", solver.name);
+                }
+                Err(SolveError::NotConverged { .. } | SolveError::Problem(_)) => {}
+                Err(error) => return Err(TestCaseError::fail(error.to_string())),
+            }
+        }
+    }
+
     #[test]
     fn solvers_agree_at_small_friction(recipe in recipes(1..=4, SMALL_FRICTION)) {
         agree_on_velocities(&regular::<1>(recipe))?;
