@@ -6,8 +6,8 @@ use nalgebra::{DMatrix, SMatrix, SVector};
 use nonsmooth::cone::{BlockMatrix, ConeProblem, largest_eigenvalue, solve_one_contact};
 use nonsmooth::scalar::{Scalar, lit, to_f64};
 use nonsmooth::solver::{SOLVERS, SolveError, Stopping, build, default_tolerance};
-use random_problems::{Recipe, random};
 use proptest::prelude::*;
+use random_problems::{Recipe, random};
 
 /// Solvers whose documentation limits them to small friction or moderate conditions: they may end without a
 /// solution, but must say so and return their best. Every other registered solver has to solve what has a solution.

@@ -126,7 +126,8 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for Extragradient<T, D> {
         let p = self.scaled.problem();
         let friction = p.friction();
         let (mut rho, mut best) = (self.settings.step, T::infinity_impl());
-        let (shortest, longest) = (lit::<T>(1e-12), lit::<T>(1e12));
+        // Where nothing resists (no solution, r grows for ever) the step must not outrun the digits of r.
+        let (shortest, longest) = (lit::<T>(1e-12), lit::<T>(1e4));
         let budget = control.max_iterations(DEFAULT_ITERATIONS);
         let mut iterations = budget;
         fill_force(p, &self.r, &mut self.force);
