@@ -208,7 +208,11 @@ impl<T: Scalar, const D: usize> SemismoothNewton<T, D> {
                 }
                 short = if length < lit::<T>(0.1) { short + 1 } else { 0 };
                 if short >= 3 || !merit.is_finite() {
-                    return End::Stagnation;
+                    return if merit <= start * lit::<T>(9e-4) {
+                        End::Success(step + 1)
+                    } else {
+                        End::Stagnation
+                    };
                 }
                 (free, searched) = (FREE_STEPS, searched + 1);
             }
@@ -377,7 +381,9 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for SemismoothNewton<T, D> {
             if attempt == 0 {
                 self.r.clone_from(&self.best);
             }
-            let first = (self.settings.proximal_weight, ATTEMPT_STEPS[attempt.min(1)]);
+            let most =
+                if attempt == 0 { ATTEMPT_STEPS[0].max(10 * problem.contacts()) } else { ATTEMPT_STEPS[1] };
+            let first = (self.settings.proximal_weight, most);
             end = self.proximal(formulation, first, problem, control);
             if end == End::Over || attempt >= MOST_ATTEMPTS {
                 break;
