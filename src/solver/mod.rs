@@ -5,14 +5,26 @@
 //! [`ConeSolver::solve`], which checks the data, measures the residual of the result on the problem and calls a
 //! missed tolerance an error.
 
+#[cfg(feature = "clarabel")]
+mod acceleration;
 mod anderson;
+mod complementarity;
+#[cfg(feature = "clarabel")]
+mod conic_program;
 mod control;
+#[cfg(feature = "clarabel")]
+mod convex_fixed_point;
+#[cfg(feature = "clarabel")]
+mod feasibility;
 mod gauss_seidel;
 mod hybrid;
 mod newton;
+mod newton_matrix;
 mod nsgs;
 mod proximal_newton;
 mod registry;
+mod scaling;
+mod semismooth_newton;
 
 use std::fmt::Debug;
 
@@ -21,11 +33,17 @@ use nalgebra::SVector;
 use crate::cone::{ConeProblem, ProblemError, Residual};
 use crate::scalar::{Scalar, all_finite, epsilon, lit, to_f64};
 
+pub use complementarity::Formulation;
 pub use control::{Control, Progress, Stopping, StoppingError};
+#[cfg(feature = "clarabel")]
+pub use convex_fixed_point::{ConvexFixedPoint, ConvexFixedPointSettings, Polish};
+#[cfg(feature = "clarabel")]
+pub use feasibility::{Feasibility, feasibility};
 pub use hybrid::{Hybrid, HybridSettings};
 pub use nsgs::{Nsgs, NsgsSettings, Sweep};
 pub use proximal_newton::{ProximalNewton, ProximalNewtonSettings};
 pub use registry::{Description, Family, SOLVERS, UnknownSolver, build, describe};
+pub use semismooth_newton::{SemismoothNewton, SemismoothNewtonSettings};
 
 /// What a successful solve reports; the residual is measured on the problem, never estimated by the solver.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -183,6 +201,9 @@ impl<T: Scalar, const D: usize, S: ConeSolver<T, D> + ?Sized> ConeSolver<T, D> f
         (**self).iterate(problem, r, control)
     }
 }
+
+/// Name of the solver taken where none is chosen.
+pub const DEFAULT: &str = "hybrid";
 
 /// The default tolerance on the scaled residual: 1e-10, or 64 ε where the scalar cannot resolve that.
 pub fn default_tolerance<T: Scalar>() -> T {

@@ -1,6 +1,8 @@
 //! The solvers by name: one line each.
 
-use super::{ConeSolver, Stopping, StoppingError, hybrid, nsgs, proximal_newton};
+#[cfg(feature = "clarabel")]
+use super::convex_fixed_point;
+use super::{ConeSolver, Stopping, StoppingError, hybrid, nsgs, proximal_newton, semismooth_newton};
 use crate::scalar::Scalar;
 
 /// A solver as the registry lists it.
@@ -70,6 +72,9 @@ macro_rules! register {
 register! {
     hybrid::Hybrid,
     nsgs::Nsgs,
+    semismooth_newton::SemismoothNewton,
+    #[cfg(feature = "clarabel")]
+    convex_fixed_point::ConvexFixedPoint,
     proximal_newton::ProximalNewton,
 }
 

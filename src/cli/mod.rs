@@ -1,0 +1,84 @@
+//! Arguments, exit codes and the commands that need no file of their own.
+//!
+//! Exit codes: 0 done; 1 a run or a solve ended before its aim; 2 the input or the output cannot be used;
+//! 130 interrupted.
+
+mod progress;
+mod report;
+mod run;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Nonsmooth contact dynamics: unilateral contact, impact and Coulomb friction.
+#[derive(Debug, Parser)]
+#[command(name = "nonsmooth", version, about, max_term_width = 100)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run a scene: every law with every solver it names, then compare them.
+    Run(RunArguments),
+    /// List the contact laws with their parameters.
+    Laws,
+    /// List the cone solvers and when to choose them.
+    Solvers,
+}
+
+/// What `run` takes; options override the scene.
+#[derive(Debug, clap::Args)]
+struct RunArguments {
+    /// Scene file (TOML).
+    scene: PathBuf,
+    /// Laws to run, separated by commas.
+    #[arg(long, value_delimiter = ',')]
+    law: Vec<String>,
+    /// Cone solvers to run, separated by commas.
+    #[arg(long, value_delimiter = ',')]
+    solver: Vec<String>,
+    /// Scheme parameter θ in [0, 1].
+    #[arg(long, allow_negative_numbers = true)]
+    theta: Option<f64>,
+    /// Time step h in seconds.
+    #[arg(long, allow_negative_numbers = true)]
+    step: Option<f64>,
+    /// End of the run in seconds.
+    #[arg(long, allow_negative_numbers = true)]
+    end: Option<f64>,
+    /// Tolerance of the solver on the scaled residual.
+    #[arg(long, allow_negative_numbers = true)]
+    tol: Option<f64>,
+    /// Arithmetic of the run.
+    #[arg(long, value_parser = ["f64", "f32"])]
+    scalar: Option<String>,
+    /// Accept a θ outside the interval in which a law is proved dissipative.
+    #[arg(long)]
+    allow_unproved_theta: bool,
+    /// Folder of the results [default: out/<name of the scene file>].
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Write no figures.
+    #[arg(long)]
+    no_figures: bool,
+}
+
+/// The input or the output cannot be used.
+const UNUSABLE: u8 = 2;
+
+/// Runs the program.
+pub(super) fn main() -> ExitCode {
+    let done = match Arguments::parse().command {
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Laws => report::laws(),
+        Command::Solvers => report::solvers(),
+    };
+    done.unwrap_or_else(|error| {
+        eprintln!("error: {error}");
+        ExitCode::from(UNUSABLE)
+    })
+}

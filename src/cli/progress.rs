@@ -1,0 +1,36 @@
+//! The progress bar, where there is a terminal.
+
+use indicatif::{ProgressBar, ProgressStyle};
+use nonsmooth::observe::{Frame, ObserveError, Observer};
+use nonsmooth::scalar::Scalar;
+
+/// Shows the steps of a run; hidden where the error stream is not a terminal.
+pub(super) struct Progress {
+    bar: ProgressBar,
+    every: usize,
+}
+
+impl Progress {
+    pub(super) fn new(label: String, steps: usize) -> Self {
+        let bar = ProgressBar::new(steps as u64).with_message(label);
+        let template = "{msg:24} {wide_bar} {pos}/{len} steps, {eta} left";
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style);
+        }
+        Self { bar, every: (steps / 500).max(1) }
+    }
+}
+
+impl<T: Scalar, const D: usize> Observer<T, D> for Progress {
+    fn step(&mut self, frame: Frame<'_, T, D>) -> Result<(), ObserveError> {
+        if frame.state.index.is_multiple_of(self.every) {
+            self.bar.set_position(frame.state.index as u64);
+        }
+        Ok(())
+    }
+
+    fn end(&mut self, _frame: Frame<'_, T, D>) -> Result<(), ObserveError> {
+        self.bar.finish_and_clear();
+        Ok(())
+    }
+}

@@ -1,0 +1,100 @@
+//! Figures of runs: the six panels of the paper's Figures 2 and 3, and two runs or more side by side.
+
+use super::RunSeries;
+use crate::plot::{Figure, Panel, Series, Style};
+
+/// Width (px at 96 dpi) that fits a journal column of 8.5 cm, and the height of a panel.
+const COLUMN: (f64, f64) = (322.0, 140.0);
+
+const TIME: &str = "t (s)";
+const FRAME: [&str; 3] = ["N", "T1", "T2"];
+
+/// Displacements, velocities, local velocities, percussions, contact works and energies of a run.
+pub fn run_figure(series: &RunSeries) -> Figure {
+    let t = &series.time;
+    let end = t.last().copied().unwrap_or(1.0);
+    let line = |label: String, y: &[f64]| Series::new(label, Style::Line, t.clone(), y.to_vec());
+    let over_time = |title: &str, label: &str| {
+        let mut panel = Panel::new(title, TIME, label);
+        panel.x_limits = Some((0.0, end));
+        panel
+    };
+    let axes = |symbol: &str, n: usize| {
+        let name = move |i: usize| if n == 2 && i == 1 { "T" } else { FRAME[i] };
+        (0..n).map(|i| format!("${symbol}_{{{}}}$", name(i))).collect::<Vec<_>>()
+    };
+
+    let mut displacement = over_time("displacements", &format!("q ({})", units(series, "")));
+    let mut velocity = over_time("velocities", &format!("v ({})", units(series, "/s"))).zero_line();
+    for (i, (name, _)) in series.dofs.iter().enumerate() {
+        let short = name.rsplit('.').next().unwrap_or(name);
+        let symbol = if short == "angle" { "γ" } else { short };
+        displacement = displacement.with(line(symbol.into(), &series.q[i]));
+        let rate = if symbol == "γ" { "ω".into() } else { format!("$v_{{{symbol}}}$") };
+        velocity = velocity.with(line(rate, &series.v[i]));
+    }
+    let mut local = over_time("local velocities", "u (m/s)").zero_line();
+    for (name, u) in axes("u", series.u.len()).into_iter().zip(&series.u) {
+        local = local.with(line(name, u));
+    }
+    let mut percussions = over_time("percussions", "p (N s)").zero_line();
+    for (name, p) in axes("p", series.p.len()).into_iter().zip(&series.p) {
+        percussions = percussions.with(stems(name, t, p));
+    }
+    let mut works = over_time("contact works", "w (J)").zero_line();
+    for (name, work) in axes("w", 2).into_iter().zip(&series.work) {
+        works = works.with(stems(name, t, work));
+    }
+    let [kinetic, elastic, potential] = &series.energy;
+    let mut energies = over_time("energies", "E (J)").with(line("kinetic".into(), kinetic));
+    if elastic.iter().any(|&e| e != 0.0) {
+        energies = energies.with(line("elastic".into(), elastic));
+    }
+    energies = energies.with(line("potential".into(), potential)).with(line("total".into(), &total(series)));
+    let panels = vec![displacement, velocity, local, percussions, works, energies];
+    Figure::new(2, panels).size(COLUMN.0, COLUMN.1)
+}
+
+/// Tangential contact work and total energy of several runs side by side.
+pub fn comparison_figure(runs: &[RunSeries]) -> Figure {
+    let mut work = Panel::new("tangential work", TIME, "$w_T$ (J)").zero_line();
+    let mut energy = Panel::new("total energy", TIME, "E (J)");
+    let end = runs.iter().filter_map(|run| run.time.last().copied()).fold(0.0, f64::max);
+    let several_solvers = runs.iter().any(|run| run.solver != runs[0].solver);
+    for run in runs {
+        let label = if several_solvers { format!("{}, {}", run.law, run.solver) } else { run.law.clone() };
+        work = work.with(stems(label.clone(), &run.time, &run.work[1]));
+        energy = energy.with(Series::new(label, Style::Line, run.time.clone(), total(run)));
+    }
+    for panel in [&mut work, &mut energy] {
+        panel.x_limits = (end > 0.0).then_some((0.0, end));
+    }
+    Figure::new(2, vec![work, energy]).size(COLUMN.0, COLUMN.1)
+}
+
+fn total(series: &RunSeries) -> Vec<f64> {
+    let [kinetic, elastic, potential] = &series.energy;
+    (0..kinetic.len()).map(|i| kinetic[i] + elastic[i] + potential[i]).collect()
+}
+
+/// Impulsive quantities: a stem where there is something, or steps where there is something most of the time.
+fn stems(label: String, time: &[f64], y: &[f64]) -> Series {
+    let events: Vec<usize> = (0..y.len()).filter(|&i| y[i] != 0.0).collect();
+    if events.len() > y.len() / 4 {
+        return Series::new(label, Style::Line, time.to_vec(), y.to_vec());
+    }
+    let at = |column: &[f64]| events.iter().map(|&i| column[i]).collect();
+    Series::new(label, Style::Stems, at(time), at(y))
+}
+
+/// The units of the degrees of freedom shown, each once.
+fn units(series: &RunSeries, suffix: &str) -> String {
+    let mut units: Vec<String> = Vec::new();
+    for (_, unit) in &series.dofs {
+        let unit = format!("{unit}{suffix}");
+        if !units.contains(&unit) {
+            units.push(unit);
+        }
+    }
+    units.join(", ")
+}

@@ -1,0 +1,112 @@
+//! Observers: what is kept of a run. The scheme knows none of them.
+
+#[cfg(feature = "outputs")]
+mod csv;
+#[cfg(feature = "figures")]
+mod figures;
+mod series;
+#[cfg(feature = "outputs")]
+mod summary;
+
+use nalgebra::SVector;
+
+#[cfg(feature = "outputs")]
+pub use self::csv::CsvFiles;
+#[cfg(feature = "figures")]
+pub use figures::{comparison_figure, run_figure};
+pub use series::{RunSeries, SeriesRecorder};
+#[cfg(feature = "outputs")]
+pub use summary::{Impact, RunSummary, SummaryRecorder, WORK_ROUNDOFF, work_roundoff};
+
+use crate::scalar::{Scalar, to_f64};
+use crate::scheme::{Settings, State, Step};
+use crate::system::MechanicalSystem;
+
+/// Which run an observer is in.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunInfo {
+    /// Law of the run, as the scene names it.
+    pub law: String,
+    /// Cone solver.
+    pub solver: String,
+    /// Law of each interface.
+    pub interface_laws: Vec<String>,
+    /// θ.
+    pub theta: f64,
+    /// Time step h (s).
+    pub step: f64,
+    /// Arithmetic, `f64` or `f32`.
+    pub scalar: &'static str,
+}
+
+impl RunInfo {
+    /// The facts of a run over `settings`.
+    pub fn new<T: Scalar>(law: &str, solver: &str, interfaces: Vec<String>, settings: &Settings<T>) -> Self {
+        Self {
+            law: law.into(),
+            solver: solver.into(),
+            interface_laws: interfaces,
+            theta: to_f64(settings.theta),
+            step: to_f64(settings.step),
+            scalar: T::NAME,
+        }
+    }
+}
+
+/// What an observer sees: the state reached, and the step that led there.
+#[derive(Clone, Copy)]
+pub struct Frame<'a, T: Scalar, const D: usize> {
+    /// The system.
+    pub system: &'a dyn MechanicalSystem<T, D>,
+    /// The state at the end of the step.
+    pub state: &'a State<T>,
+    /// The step; at the start of a run its contacts are empty.
+    pub step: &'a Step<T, D>,
+}
+
+/// Watches a run.
+pub trait Observer<T: Scalar, const D: usize> {
+    /// The run begins in the state of `frame`.
+    ///
+    /// # Errors
+    /// [`ObserveError`] where something cannot be written; the run then does not start.
+    fn begin(&mut self, _run: &RunInfo, _frame: Frame<'_, T, D>) -> Result<(), ObserveError> {
+        Ok(())
+    }
+
+    /// A step was made.
+    ///
+    /// # Errors
+    /// [`ObserveError`] where something cannot be written; the run then stops.
+    fn step(&mut self, frame: Frame<'_, T, D>) -> Result<(), ObserveError>;
+
+    /// The run is over: at its end time, interrupted, or at a step that failed.
+    ///
+    /// # Errors
+    /// [`ObserveError`] where something cannot be written.
+    fn end(&mut self, _frame: Frame<'_, T, D>) -> Result<(), ObserveError> {
+        Ok(())
+    }
+}
+
+/// An output that could not be written.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("cannot write {}: {message}", path.display())]
+pub struct ObserveError {
+    /// The file or folder.
+    pub path: std::path::PathBuf,
+    /// What the system says.
+    pub message: String,
+}
+
+impl ObserveError {
+    /// The error of writing to `path`.
+    pub fn new(path: &std::path::Path, error: impl std::fmt::Display) -> Self {
+        Self { path: path.into(), message: error.to_string() }
+    }
+}
+
+/// Components of a local vector as `f64`.
+fn components<T: Scalar, const D: usize>(x: &SVector<T, D>) -> Vec<f64> {
+    x.iter().map(|&x| to_f64(x)).collect()
+}

@@ -1,0 +1,152 @@
+//! The time series that figures are drawn from, thinned as the run grows.
+
+use super::{Frame, ObserveError, Observer, RunInfo};
+use crate::contact::ContactId;
+use crate::linalg::BlockRows;
+use crate::scalar::{Scalar, to_f64};
+
+/// Samples kept: beyond twice this number neighbours are merged two by two.
+const SAMPLES: usize = 20_000;
+
+/// One body, one contact and the energies of a run over time; every column has the length of `time`.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct RunSeries {
+    /// Law of the run.
+    pub law: String,
+    /// Cone solver.
+    pub solver: String,
+    /// Name and unit of the degrees of freedom shown.
+    pub dofs: Vec<(String, &'static str)>,
+    /// Label of the contact shown.
+    pub contact: Option<String>,
+    /// Time (s).
+    pub time: Vec<f64>,
+    /// Displacement of each degree of freedom shown.
+    pub q: Vec<Vec<f64>>,
+    /// Velocity of each degree of freedom shown.
+    pub v: Vec<Vec<f64>>,
+    /// Local velocity of the contact shown, component by component (m/s).
+    pub u: Vec<Vec<f64>>,
+    /// Percussion of the contact shown (N s); of merged samples the largest.
+    pub p: Vec<Vec<f64>>,
+    /// Contact works of the step, [normal, tangential], summed over contacts (J); of merged samples the largest.
+    pub work: [Vec<f64>; 2],
+    /// Energies [kinetic, elastic, potential] (J).
+    pub energy: [Vec<f64>; 3],
+}
+
+/// Records a [`RunSeries`].
+#[derive(Debug)]
+pub struct SeriesRecorder<T: Scalar, const D: usize> {
+    series: RunSeries,
+    dofs: Vec<usize>,
+    contact: Option<ContactId>,
+    stride: usize,
+    pending: Option<Sample<D>>,
+    jacobian: BlockRows<T, D>,
+}
+
+/// Impulsive quantities of the steps since the last sample: the ones of largest magnitude.
+#[derive(Debug, Clone, Copy)]
+struct Sample<const D: usize> {
+    p: [f64; D],
+    work: [f64; 2],
+}
+
+impl<const D: usize> Sample<D> {
+    const ZERO: Self = Self { p: [0.0; D], work: [0.0; 2] };
+
+    fn merge(&mut self, other: &Self) {
+        self.p.iter_mut().zip(other.p).for_each(|(x, y)| *x = larger(*x, y));
+        self.work.iter_mut().zip(other.work).for_each(|(x, y)| *x = larger(*x, y));
+    }
+}
+
+fn larger(x: f64, y: f64) -> f64 {
+    if y.abs() > x.abs() { y } else { x }
+}
+
+impl<T: Scalar, const D: usize> SeriesRecorder<T, D> {
+    /// Records the degrees of freedom `dofs` and the contact `contact`.
+    pub fn new(dofs: Vec<usize>, contact: Option<ContactId>) -> Self {
+        let jacobian = BlockRows::new();
+        Self { series: RunSeries::default(), dofs, contact, stride: 1, pending: None, jacobian }
+    }
+
+    /// The series recorded.
+    pub fn finish(self) -> RunSeries {
+        self.series
+    }
+
+    fn sample(&mut self, frame: Frame<'_, T, D>) {
+        let (state, step) = (frame.state, frame.step);
+        let series = &mut self.series;
+        series.time.push(to_f64(state.time));
+        for (column, &dof) in self.dofs.iter().enumerate() {
+            series.q[column].push(to_f64(state.q[dof]));
+            series.v[column].push(to_f64(state.v[dof]));
+        }
+        if let Some(contact) = self.contact {
+            self.jacobian.clear();
+            frame.system.jacobian(contact, &state.q, &mut self.jacobian);
+            let u = self.jacobian.velocity(0, &state.v);
+            series.u.iter_mut().zip(u.iter()).for_each(|(column, &u)| column.push(to_f64(u)));
+        }
+        let impulsive = self.pending.take().unwrap_or(Sample::ZERO);
+        series.p.iter_mut().zip(impulsive.p).for_each(|(column, p)| column.push(p));
+        series.work.iter_mut().zip(impulsive.work).for_each(|(column, work)| column.push(work));
+        let energies = [step.energies.kinetic, step.energies.elastic, step.energies.potential];
+        series.energy.iter_mut().zip(energies).for_each(|(column, e)| column.push(to_f64(e)));
+        if series.time.len() >= 2 * SAMPLES {
+            self.thin();
+        }
+    }
+
+    fn thin(&mut self) {
+        self.stride *= 2;
+        let RunSeries { time, q, v, u, p, work, energy, .. } = &mut self.series;
+        let smooth = [&mut *time].into_iter().chain(q).chain(v).chain(u).chain(energy);
+        smooth.for_each(|column| halve(column, |first, _| first));
+        p.iter_mut().chain(work).for_each(|column| halve(column, larger));
+    }
+}
+
+fn halve(column: &mut Vec<f64>, merge: impl Fn(f64, f64) -> f64) {
+    for i in 0..column.len() / 2 {
+        column[i] = merge(column[2 * i], column[2 * i + 1]);
+    }
+    column.truncate(column.len() / 2);
+}
+
+impl<T: Scalar, const D: usize> Observer<T, D> for SeriesRecorder<T, D> {
+    fn begin(&mut self, run: &RunInfo, frame: Frame<'_, T, D>) -> Result<(), ObserveError> {
+        let name = |&dof: &usize| (frame.system.dof_label(dof), frame.system.dof_unit(dof));
+        let columns = |n: usize| vec![Vec::new(); n];
+        let local = if self.contact.is_some() { D } else { 0 };
+        self.series = RunSeries {
+            law: run.law.clone(),
+            solver: run.solver.clone(),
+            dofs: self.dofs.iter().map(name).collect(),
+            contact: self.contact.map(|contact| frame.system.contact_label(contact)),
+            q: columns(self.dofs.len()),
+            v: columns(self.dofs.len()),
+            u: columns(local),
+            p: columns(local),
+            ..RunSeries::default()
+        };
+        self.sample(frame);
+        Ok(())
+    }
+
+    fn step(&mut self, frame: Frame<'_, T, D>) -> Result<(), ObserveError> {
+        let step = frame.step;
+        let shown = step.contacts.iter().find(|contact| Some(contact.id) == self.contact);
+        let p = shown.map_or([0.0; D], |contact| std::array::from_fn(|i| to_f64(contact.percussion[i])));
+        let work = [step.balance.normal_contact_work, step.balance.tangential_contact_work].map(to_f64);
+        self.pending.get_or_insert(Sample::ZERO).merge(&Sample { p, work });
+        if frame.state.index.is_multiple_of(self.stride) {
+            self.sample(frame);
+        }
+        Ok(())
+    }
+}

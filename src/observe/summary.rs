@@ -1,0 +1,190 @@
+//! The figures of a run that scripts read: `summary.json`.
+
+use std::time::Instant;
+
+use serde::Serialize;
+
+use super::{Frame, ObserveError, Observer, RunInfo, components};
+use crate::contact::ContactId;
+use crate::scalar::{Scalar, epsilon, to_f64};
+
+/// A contact work is positive beyond round-off where it exceeds this fraction of the largest energy met in the run;
+/// 64 ε for scalars that cannot resolve it.
+pub const WORK_ROUNDOFF: f64 = 1e-12;
+
+/// [`WORK_ROUNDOFF`] for a scalar.
+pub fn work_roundoff<T: Scalar>() -> f64 {
+    WORK_ROUNDOFF.max(64.0 * to_f64(epsilon::<T>()))
+}
+
+/// Impacts listed one by one; further ones are counted.
+const LISTED_IMPACTS: usize = 10_000;
+
+/// A percussion in a step whose previous step had none at that contact.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Impact {
+    /// Number of the step.
+    pub step: usize,
+    /// Time at the end of the step (s).
+    pub time: f64,
+    /// Label of the contact.
+    pub contact: String,
+    /// Local velocity u_k (m/s), in the order (N, T).
+    pub u_before: Vec<f64>,
+    /// Local velocity u_{k+1} (m/s).
+    pub u_after: Vec<f64>,
+    /// Percussion p (N s).
+    pub percussion: Vec<f64>,
+    /// u_{N,k+θ} p_N (J).
+    pub normal_work: f64,
+    /// u_{T,k+θ}·p_T (J).
+    pub tangential_work: f64,
+}
+
+/// The figures of a run. Energies are mechanical, kinetic and elastic, as E in (56).
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RunSummary {
+    /// Law of the run.
+    pub law: String,
+    /// Cone solver.
+    pub solver: String,
+    /// θ.
+    pub theta: f64,
+    /// Time step h (s).
+    pub step: f64,
+    /// Steps made.
+    pub steps: usize,
+    /// Arithmetic.
+    pub scalar: String,
+    /// Wall time of the run with its outputs (s).
+    pub wall_seconds: f64,
+    /// Wall time per step (µs).
+    pub us_per_step: f64,
+    /// E at the start (J).
+    pub initial_energy: f64,
+    /// E at the end (J).
+    pub final_energy: f64,
+    /// Largest E met (J).
+    pub max_energy: f64,
+    /// Largest tangential contact work of a contact in a step (J); 0 without contact.
+    pub max_tangential_work: f64,
+    /// Largest normal contact work of a contact in a step (J); 0 without contact.
+    pub max_normal_work: f64,
+    /// Steps in which a contact work is positive beyond round-off, [`WORK_ROUNDOFF`].
+    pub positive_work_steps: usize,
+    /// Largest |imbalance| of (56) in a step (J).
+    pub max_imbalance: f64,
+    /// Largest scaled residual of a cone problem.
+    pub max_residual: f64,
+    /// Iterations of the cone solver, summed.
+    pub solver_iterations: usize,
+    /// Number of impacts.
+    pub impact_count: usize,
+    /// The first impacts, at most 10,000.
+    pub impacts: Vec<Impact>,
+    /// Why the run ended before its end time, if it did.
+    pub stopped: Option<String>,
+}
+
+/// Records a [`RunSummary`].
+#[derive(Debug, Default)]
+pub struct SummaryRecorder {
+    summary: Option<RunSummary>,
+    started: Option<Instant>,
+    touching: Vec<ContactId>,
+    works: Option<(f64, f64)>,
+}
+
+impl SummaryRecorder {
+    /// The summary of the run watched; `stopped` says why it ended early. `None` where no run began.
+    pub fn finish(self, stopped: Option<String>) -> Option<RunSummary> {
+        let mut summary = self.summary?;
+        let (tangential, normal) = self.works.unwrap_or_default();
+        summary.max_tangential_work = tangential;
+        summary.max_normal_work = normal;
+        summary.us_per_step = summary.wall_seconds * 1e6 / summary.steps.max(1) as f64;
+        summary.stopped = stopped;
+        Some(summary)
+    }
+}
+
+impl<T: Scalar, const D: usize> Observer<T, D> for SummaryRecorder {
+    fn begin(&mut self, run: &RunInfo, frame: Frame<'_, T, D>) -> Result<(), ObserveError> {
+        let energy = to_f64(frame.step.energies.mechanical());
+        self.summary = Some(RunSummary {
+            law: run.law.clone(),
+            solver: run.solver.clone(),
+            theta: run.theta,
+            step: run.step,
+            steps: 0,
+            scalar: run.scalar.into(),
+            wall_seconds: 0.0,
+            us_per_step: 0.0,
+            initial_energy: energy,
+            final_energy: energy,
+            max_energy: energy,
+            max_tangential_work: 0.0,
+            max_normal_work: 0.0,
+            positive_work_steps: 0,
+            max_imbalance: 0.0,
+            max_residual: 0.0,
+            solver_iterations: 0,
+            impact_count: 0,
+            impacts: Vec::new(),
+            stopped: None,
+        });
+        self.started = Some(Instant::now());
+        Ok(())
+    }
+
+    fn step(&mut self, frame: Frame<'_, T, D>) -> Result<(), ObserveError> {
+        let Some(summary) = self.summary.as_mut() else { return Ok(()) };
+        let (state, step) = (frame.state, frame.step);
+        summary.steps += 1;
+        summary.final_energy = to_f64(step.energies.mechanical());
+        summary.max_energy = summary.max_energy.max(summary.final_energy);
+        summary.max_imbalance = summary.max_imbalance.max(to_f64(step.balance.imbalance).abs());
+        if let Some(solution) = &step.solution {
+            summary.max_residual = summary.max_residual.max(to_f64(solution.residual.scaled));
+            summary.solver_iterations += solution.iterations;
+        }
+        let roundoff = work_roundoff::<T>() * summary.max_energy;
+        let mut positive = false;
+        for contact in &step.contacts {
+            let (tangential, normal) = (to_f64(contact.tangential_work), to_f64(contact.normal_work));
+            let largest = self.works.get_or_insert((tangential, normal));
+            *largest = (largest.0.max(tangential), largest.1.max(normal));
+            positive |= tangential > roundoff || normal > roundoff;
+            let is_impact =
+                contact.percussion[0] > T::zero() && self.touching.binary_search(&contact.id).is_err();
+            if !is_impact {
+                continue;
+            }
+            summary.impact_count += 1;
+            if summary.impacts.len() < LISTED_IMPACTS {
+                summary.impacts.push(Impact {
+                    step: state.index,
+                    time: to_f64(state.time),
+                    contact: frame.system.contact_label(contact.id),
+                    u_before: components(&contact.before),
+                    u_after: components(&contact.after),
+                    percussion: components(&contact.percussion),
+                    normal_work: normal,
+                    tangential_work: tangential,
+                });
+            }
+        }
+        summary.positive_work_steps += usize::from(positive);
+        self.touching.clear();
+        let pressing = step.contacts.iter().filter(|contact| contact.percussion[0] > T::zero());
+        self.touching.extend(pressing.map(|contact| contact.id));
+        Ok(())
+    }
+
+    fn end(&mut self, _frame: Frame<'_, T, D>) -> Result<(), ObserveError> {
+        if let (Some(summary), Some(started)) = (self.summary.as_mut(), self.started) {
+            summary.wall_seconds = started.elapsed().as_secs_f64();
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,147 @@
+//! From a scene and a run to a scheme ready to step.
+
+use super::format::{ActivationRuleName, InterfaceSpec};
+use super::names::{Directory, Groups};
+use super::{Run, Scene, SceneError};
+use crate::laws::{self, ContactLaw};
+use crate::scalar::{Scalar, lit};
+use crate::scheme::{Activation, ActivationRule, Settings, ThetaScheme};
+use crate::solver::{self, ConeSolver, Stopping};
+use crate::system::{Body, BodyId, RigidBodies};
+
+/// A law chosen by name.
+type AnyLaw<T, const D: usize> = Box<dyn ContactLaw<T, D>>;
+
+/// The scheme of a scene: planar rigid bodies, laws and solver by name.
+pub type Planar<T, const D: usize> =
+    ThetaScheme<T, D, RigidBodies<T>, AnyLaw<T, D>, Box<dyn ConeSolver<T, D>>>;
+
+impl InterfaceSpec {
+    /// The two sides, for errors.
+    pub fn label(&self) -> String {
+        format!("`{}` – `{}`", self.between[0], self.between[1])
+    }
+
+    fn law<T: Scalar, const D: usize>(&self, run: &Run) -> Result<AnyLaw<T, D>, SceneError> {
+        let name = self.law.as_deref().unwrap_or(&run.law);
+        let error = |source| SceneError::Law { interface: self.label(), source };
+        let description = laws::describe(name).map_err(error)?;
+        let known = |parameter: &str| description.parameters.iter().any(|p| p.name == parameter);
+        let given = self.parameters.iter().filter(|(p, _)| known(p)).map(|(p, &x)| (p.as_str(), x));
+        let values = description.arrange(given).map_err(error)?;
+        let values: Vec<T> = values.into_iter().map(lit).collect();
+        laws::build(name, &values).map_err(error)
+    }
+}
+
+/// Contact dimension the runs of a scene need: 1 where every law of every run is frictionless, else 2.
+///
+/// # Errors
+/// A law that cannot be made, a parameter that no law has.
+pub fn contact_dimension(scene: &Scene, runs: &[Run]) -> Result<usize, SceneError> {
+    let mut frictionless = true;
+    for interface in &scene.interfaces {
+        for run in runs {
+            let law: AnyLaw<f64, 2> = interface.law(run)?;
+            frictionless &= law.friction() == 0.0;
+        }
+        let names = runs.iter().map(|run| interface.law.as_deref().unwrap_or(&run.law));
+        let known: Vec<&str> = names
+            .filter_map(|name| laws::describe(name).ok())
+            .flat_map(|description| description.parameters.iter().map(|p| p.name))
+            .collect();
+        if let Some(parameter) = interface.parameters.keys().find(|p| !known.contains(&p.as_str())) {
+            let (interface, parameter) = (interface.label(), parameter.clone());
+            return Err(SceneError::UnusedParameter { interface, parameter });
+        }
+    }
+    Ok(if frictionless { 1 } else { 2 })
+}
+
+/// Builds the scheme of a run.
+///
+/// # Errors
+/// [`SceneError`] naming what is wrong and its value.
+pub fn build<T: Scalar, const D: usize>(scene: &Scene, run: &Run) -> Result<Planar<T, D>, SceneError> {
+    if scene.bodies.is_empty() {
+        return Err(SceneError::Empty { what: "body" });
+    }
+    let (system, laws) = build_system(scene, run)?;
+    let defaults = Stopping::default();
+    let stopping = Stopping {
+        tolerance: scene.solver.tolerance.map_or(defaults.tolerance, lit),
+        max_iterations: scene.solver.max_iterations,
+        max_seconds: scene.solver.max_seconds,
+    };
+    let solver = solver::build(&run.solver, stopping)?;
+    let (mut q, mut v) = (Vec::new(), Vec::new());
+    for body in &scene.bodies {
+        q.extend([body.position[0], body.position[1], body.angle].map(lit::<T>));
+        v.extend([body.velocity[0], body.velocity[1], body.spin].map(lit::<T>));
+    }
+    Ok(ThetaScheme::new(system, laws, solver, settings(scene), T::zero(), q, v)?)
+}
+
+fn settings<T: Scalar>(scene: &Scene) -> Settings<T> {
+    let time = &scene.time;
+    let rule = match time.activation {
+        ActivationRuleName::MoreauJean => ActivationRule::MoreauJean,
+        ActivationRuleName::PredictedGap => ActivationRule::PredictedGap,
+        ActivationRuleName::CurrentGap => ActivationRule::CurrentGap,
+    };
+    let activation = Activation {
+        rule,
+        gap_tolerance: time.gap_tolerance.map(lit),
+        velocity_tolerance: time.velocity_tolerance.map(lit),
+    };
+    Settings {
+        theta: lit(time.theta),
+        step: lit(time.step),
+        activation,
+        allow_unproved_theta: time.allow_unproved_theta,
+    }
+}
+
+type SystemAndLaws<T, const D: usize> = (RigidBodies<T>, Vec<AnyLaw<T, D>>);
+
+fn build_system<T: Scalar, const D: usize>(
+    scene: &Scene,
+    run: &Run,
+) -> Result<SystemAndLaws<T, D>, SceneError> {
+    let directory = Directory::new(scene)?;
+    directory.check_interfaces(scene)?;
+    let mut builder = RigidBodies::builder();
+    let mut groups = Groups::default();
+    let disc_groups: Vec<Vec<usize>> = (directory.discs.iter())
+        .map(|body| body.iter().map(|names| groups.of(Directory::sides(scene, names))).collect())
+        .collect();
+    let plane_groups: Vec<usize> =
+        directory.planes.iter().map(|names| groups.of(Directory::sides(scene, names))).collect();
+    let sides = groups.into_sides();
+    let ids: Vec<_> = sides.iter().map(|_| builder.group()).collect();
+
+    let mut bodies: Vec<BodyId> = Vec::new();
+    for (body, groups) in scene.bodies.iter().zip(&disc_groups) {
+        let id = builder.body(&body.name, Body { mass: lit(body.mass), inertia: lit(body.inertia) })?;
+        builder.force(id, body.force.map(lit), lit(body.torque))?;
+        for (disc, &group) in body.discs.iter().zip(groups) {
+            let label = format!("{}.{}", body.name, disc.name);
+            builder.disc(&label, id, disc.centre.map(lit), lit(disc.radius), ids[group])?;
+        }
+        bodies.push(id);
+    }
+    builder.gravity(scene.gravity.map(lit))?;
+    for (plane, &group) in scene.half_planes.iter().zip(&plane_groups) {
+        builder.half_plane(&plane.name, plane.point.map(lit), plane.normal.map(lit), ids[group])?;
+    }
+    let mut laws = Vec::new();
+    for a in 0..sides.len() {
+        for b in a..sides.len() {
+            if let Some(interface) = Directory::interface_between(&sides[a], &sides[b]) {
+                builder.interface(ids[a], ids[b])?;
+                laws.push(scene.interfaces[interface].law(run)?);
+            }
+        }
+    }
+    Ok((builder.build()?, laws))
+}

@@ -1,0 +1,103 @@
+//! Why a scene could not be read or built.
+
+use std::path::{Path, PathBuf};
+
+use crate::laws::LawError;
+use crate::scheme::SetupError;
+use crate::solver::UnknownSolver;
+use crate::system::SystemError;
+
+/// Why a scene could not be read or built.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SceneError {
+    /// The file cannot be read.
+    #[error("cannot read the scene {}: {message}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        message: String,
+    },
+    /// The file is not a scene.
+    #[error("{}:{line}:{column}: {message}", path.display())]
+    Parse {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+        /// What is wrong there.
+        message: String,
+    },
+    /// A list that must not be empty is.
+    #[error("the scene names no {what}")]
+    Empty {
+        /// Laws, solvers or bodies.
+        what: &'static str,
+    },
+    /// Two things have one name.
+    #[error("the name `{name}` is taken twice")]
+    DuplicateName {
+        /// The name.
+        name: String,
+    },
+    /// A name that names nothing.
+    #[error("{place}: nothing is called `{name}` (known: {known})")]
+    UnknownName {
+        /// Where it stands.
+        place: String,
+        /// The name.
+        name: String,
+        /// What exists.
+        known: String,
+    },
+    /// A parameter that no law of the interface has.
+    #[error("interface {interface}: no law of the scene has a parameter `{parameter}`")]
+    UnusedParameter {
+        /// The interface, as its two sides.
+        interface: String,
+        /// The parameter.
+        parameter: String,
+    },
+    /// A number is outside its range.
+    #[error("{what} is {value}, it must be {range}")]
+    OutOfRange {
+        /// What it is.
+        what: String,
+        /// The value refused.
+        value: f64,
+        /// The range in words.
+        range: &'static str,
+    },
+    /// A law of an interface cannot be made.
+    #[error("interface {interface}: {source}")]
+    Law {
+        /// The interface, as its two sides.
+        interface: String,
+        /// Why.
+        source: LawError,
+    },
+    /// A law named for the runs does not exist.
+    #[error(transparent)]
+    UnknownLaw(LawError),
+    /// A solver cannot be made.
+    #[error(transparent)]
+    Solver(#[from] UnknownSolver),
+    /// The bodies or half-planes are not valid.
+    #[error(transparent)]
+    System(#[from] SystemError),
+    /// The scheme cannot start.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+}
+
+impl SceneError {
+    pub(super) fn parse(path: &Path, text: &str, error: &toml::de::Error) -> Self {
+        let at = error.span().map_or(0, |span| span.start.min(text.len()));
+        let before = text.get(..at).unwrap_or_default();
+        let line = before.matches('\n').count() + 1;
+        let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
+        Self::Parse { path: path.into(), line, column, message: error.message().to_string() }
+    }
+}

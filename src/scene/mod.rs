@@ -1,0 +1,19 @@
+//! Scene files: bodies, shapes, laws and solvers by registered name, in TOML.
+//!
+//! A scene is read ([`Scene::read`]), turned into the runs it asks for ([`Scene::runs`]: every law with every
+//! solver), and each run is built into a scheme over planar rigid bodies ([`build`]). Frictionless runs are built
+//! with contacts of dimension 1, the others with dimension 2.
+
+mod build;
+mod error;
+mod format;
+mod names;
+mod plan;
+
+pub use build::{Planar, build, contact_dimension};
+pub use error::SceneError;
+pub use format::{
+    ActivationRuleName, BodySpec, DiscSpec, HalfPlaneSpec, InterfaceSpec, OutputSpec, ScalarName, Scene,
+    SolverSpec, TimeSpec,
+};
+pub use plan::{Overrides, Run};

@@ -1,0 +1,98 @@
+//! Names of a scene: who is meant by the sides of an interface.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::{Scene, SceneError};
+
+/// The names a contactor or a half-plane answers to.
+type Names = BTreeSet<String>;
+
+/// What every disc and half-plane is called, and the groups of those that behave alike.
+pub(super) struct Directory {
+    /// Names of disc j of body i.
+    pub(super) discs: Vec<Vec<Names>>,
+    /// Names of each half-plane.
+    pub(super) planes: Vec<Names>,
+}
+
+impl Directory {
+    pub(super) fn new(scene: &Scene) -> Result<Self, SceneError> {
+        let mut taken = BTreeSet::new();
+        let mut take = |name: String| {
+            if taken.insert(name.clone()) { Ok(()) } else { Err(SceneError::DuplicateName { name }) }
+        };
+        let mut groups = BTreeSet::new();
+        let mut discs = Vec::new();
+        for body in &scene.bodies {
+            take(body.name.clone())?;
+            groups.extend(body.groups.iter().cloned());
+            let mut of_body = Vec::new();
+            for disc in &body.discs {
+                let full = format!("{}.{}", body.name, disc.name);
+                take(full.clone())?;
+                let common = [body.name.clone(), full].into_iter();
+                of_body.push(common.chain(body.groups.iter().cloned()).collect());
+            }
+            discs.push(of_body);
+        }
+        let mut planes = Vec::new();
+        for plane in &scene.half_planes {
+            take(plane.name.clone())?;
+            planes.push(Names::from([plane.name.clone()]));
+        }
+        for group in groups {
+            take(group)?;
+        }
+        Ok(Self { discs, planes })
+    }
+
+    fn all(&self) -> impl Iterator<Item = &Names> {
+        self.discs.iter().flatten().chain(&self.planes)
+    }
+
+    /// Checks that every side of every interface names something.
+    pub(super) fn check_interfaces(&self, scene: &Scene) -> Result<(), SceneError> {
+        let known: BTreeSet<&String> = self.all().flatten().collect();
+        for interface in &scene.interfaces {
+            for name in &interface.between {
+                if !known.contains(name) {
+                    let known = known.iter().map(|s| s.as_str()).collect::<Vec<_>>().join(", ");
+                    let place = format!("interface {}", interface.label());
+                    return Err(SceneError::UnknownName { place, name: name.clone(), known });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The sides of interfaces a set of names stands on, as a bit per (interface, side): things with the same
+    /// sides form one group.
+    pub(super) fn sides(scene: &Scene, names: &Names) -> Vec<[bool; 2]> {
+        let on = |name: &String| names.contains(name);
+        scene.interfaces.iter().map(|i| [on(&i.between[0]), on(&i.between[1])]).collect()
+    }
+
+    /// Index of the first interface between two groups, given the sides they stand on.
+    pub(super) fn interface_between(a: &[[bool; 2]], b: &[[bool; 2]]) -> Option<usize> {
+        a.iter().zip(b).position(|(a, b)| (a[0] && b[1]) || (a[1] && b[0]))
+    }
+}
+
+/// Groups by the sides they stand on, numbered in order of appearance.
+#[derive(Default)]
+pub(super) struct Groups {
+    index: BTreeMap<Vec<[bool; 2]>, usize>,
+}
+
+impl Groups {
+    pub(super) fn of(&mut self, sides: Vec<[bool; 2]>) -> usize {
+        let next = self.index.len();
+        *self.index.entry(sides).or_insert(next)
+    }
+
+    pub(super) fn into_sides(self) -> Vec<Vec<[bool; 2]>> {
+        let mut sides: Vec<_> = self.index.into_iter().collect();
+        sides.sort_by_key(|&(_, index)| index);
+        sides.into_iter().map(|(sides, _)| sides).collect()
+    }
+}

@@ -1,0 +1,95 @@
+//! The runs a scene asks for: every law with every solver, after what the caller overrides.
+
+use super::{ScalarName, Scene, SceneError};
+use crate::{laws, solver};
+
+/// What a caller may change of a scene; `None` and empty lists leave it as it is.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Overrides {
+    /// Laws to run.
+    pub laws: Vec<String>,
+    /// Solvers to run.
+    pub solvers: Vec<String>,
+    /// θ.
+    pub theta: Option<f64>,
+    /// Time step (s).
+    pub step: Option<f64>,
+    /// End time (s).
+    pub end: Option<f64>,
+    /// Solver tolerance.
+    pub tolerance: Option<f64>,
+    /// Arithmetic.
+    pub scalar: Option<ScalarName>,
+    /// Accept a θ outside the claimed intervals.
+    pub allow_unproved_theta: bool,
+}
+
+/// One run of a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Run {
+    /// Law of the interfaces that keep none of their own.
+    pub law: String,
+    /// Cone solver.
+    pub solver: String,
+    /// Number of steps, so that the last ends at the end time or just after it.
+    pub steps: usize,
+}
+
+impl Scene {
+    /// Applies what the caller overrides.
+    pub fn override_with(&mut self, overrides: &Overrides) {
+        if !overrides.laws.is_empty() {
+            self.laws.clone_from(&overrides.laws);
+        }
+        if !overrides.solvers.is_empty() {
+            self.solvers.clone_from(&overrides.solvers);
+        }
+        let time = &mut self.time;
+        time.theta = overrides.theta.unwrap_or(time.theta);
+        time.step = overrides.step.unwrap_or(time.step);
+        time.end = overrides.end.unwrap_or(time.end);
+        time.allow_unproved_theta |= overrides.allow_unproved_theta;
+        self.scalar = overrides.scalar.unwrap_or(self.scalar);
+        self.solver.tolerance = overrides.tolerance.or(self.solver.tolerance);
+    }
+
+    /// The runs, laws first.
+    ///
+    /// # Errors
+    /// [`SceneError::Empty`], an unknown law or solver, a step or an end time out of range.
+    pub fn runs(&self) -> Result<Vec<Run>, SceneError> {
+        for (what, empty) in [("law", self.laws.is_empty()), ("solver", self.solvers.is_empty())] {
+            if empty {
+                return Err(SceneError::Empty { what });
+            }
+        }
+        for law in &self.laws {
+            laws::describe(law).map_err(SceneError::UnknownLaw)?;
+        }
+        for name in &self.solvers {
+            solver::describe(name)?;
+        }
+        let steps = self.steps()?;
+        let with_solvers =
+            |law: &String| self.solvers.iter().map(|s| (law.clone(), s.clone())).collect::<Vec<_>>();
+        let pairs = self.laws.iter().flat_map(with_solvers);
+        Ok(pairs.map(|(law, solver)| Run { law, solver, steps }).collect())
+    }
+
+    fn steps(&self) -> Result<usize, SceneError> {
+        let (step, end) = (self.time.step, self.time.end);
+        let positive = |x: f64| x.is_finite() && x > 0.0;
+        for (what, value) in [("time.step", step), ("time.end", end)] {
+            if !positive(value) {
+                return Err(SceneError::OutOfRange { what: what.into(), value, range: "finite and > 0" });
+            }
+        }
+        // An end that is a multiple of h but for rounding must not cost a step more.
+        let steps = (end / step - 1e-6).ceil().max(1.0);
+        if steps > 1e15 {
+            let what = "the number of steps".into();
+            return Err(SceneError::OutOfRange { what, value: steps, range: "at most 1e15" });
+        }
+        Ok(steps as usize)
+    }
+}

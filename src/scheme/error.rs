@@ -1,0 +1,152 @@
+//! Why a scheme could not be set up, or a step not be made.
+
+use crate::linalg::FactorError;
+use crate::solver::{SolveError, StoppingError};
+
+/// Why a scheme could not be set up.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SetupError {
+    /// θ outside [0, 1].
+    #[error("θ = {theta} is not in [0, 1]")]
+    Theta {
+        /// The value refused.
+        theta: f64,
+    },
+    /// θ outside the interval in which a law is proved dissipative.
+    #[error(
+        "θ = {theta} is outside [{min}, {max}], where the law `{law}` of interface {interface} is proved \
+         dissipative; choose θ inside, or allow an unproved θ explicitly"
+    )]
+    UnprovedTheta {
+        /// Name of the law.
+        law: String,
+        /// Interface it governs.
+        interface: usize,
+        /// The value refused.
+        theta: f64,
+        /// Lower end of the claimed interval.
+        min: f64,
+        /// Upper end of the claimed interval.
+        max: f64,
+    },
+    /// h is not a positive finite number.
+    #[error("the time step is {step}, it must be finite and > 0")]
+    TimeStep {
+        /// The value refused.
+        step: f64,
+    },
+    /// A tolerance of the active set is not a positive finite number.
+    #[error("the {what} tolerance of the active set is {value}, it must be finite and > 0")]
+    ActivationTolerance {
+        /// `gap` or `velocity`.
+        what: &'static str,
+        /// The value refused.
+        value: f64,
+    },
+    /// The initial state has the wrong size or is not finite.
+    #[error("{what}: {given} components for {expected} degrees of freedom")]
+    StateSize {
+        /// q or v.
+        what: &'static str,
+        /// Degrees of freedom of the system.
+        expected: usize,
+        /// Components given.
+        given: usize,
+    },
+    /// A component of the initial state, or of the force at the initial time, is NaN or infinite.
+    #[error("{what}[{component}] is not finite")]
+    NotFinite {
+        /// Which vector.
+        what: &'static str,
+        /// Component.
+        component: usize,
+    },
+    /// The number of laws is not the number of interfaces.
+    #[error("the system has {interfaces} interfaces, {laws} laws were given")]
+    Laws {
+        /// Interfaces of the system.
+        interfaces: usize,
+        /// Laws given.
+        laws: usize,
+    },
+    /// A law gives a friction or an evaluation point no cone problem can be built with.
+    #[error("law `{law}` gives {what} = {value} at θ = {theta}")]
+    Law {
+        /// Name of the law.
+        law: String,
+        /// What it gave.
+        what: &'static str,
+        /// The value.
+        value: f64,
+        /// θ.
+        theta: f64,
+    },
+    /// M is not positive definite.
+    #[error("mass: {0}")]
+    Mass(FactorError),
+    /// M̂ = M + hθC + h²θ²K is not positive definite.
+    #[error("iteration matrix M + hθC + h²θ²K: {0}")]
+    IterationMatrix(FactorError),
+    /// The solver's stopping rule is out of range.
+    #[error(transparent)]
+    Stopping(#[from] StoppingError),
+}
+
+/// Why a step was not made. The state is that of before the step.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum StepError {
+    /// A gap or a row of H is NaN or infinite.
+    #[error("step {step}, t = {time} s: the {what} of contact {contact} is not finite")]
+    Contact {
+        /// Number of the step.
+        step: usize,
+        /// Time at its end.
+        time: f64,
+        /// Label of the contact.
+        contact: String,
+        /// `gap` or `Jacobian`.
+        what: &'static str,
+    },
+    /// A law gave an evaluation point that is not finite, or γ ≤ 0.
+    #[error(
+        "step {step}, t = {time} s: law `{law}` at contact {contact} gives γ = {gamma}, shift_N = {shift}"
+    )]
+    Law {
+        /// Number of the step.
+        step: usize,
+        /// Time at its end.
+        time: f64,
+        /// Label of the contact.
+        contact: String,
+        /// Name of the law.
+        law: String,
+        /// γ.
+        gamma: f64,
+        /// Normal component of the shift.
+        shift: f64,
+    },
+    /// The cone problem was not solved.
+    #[error("step {step}, t = {time} s, {contacts} contacts: {source}")]
+    Solve {
+        /// Number of the step.
+        step: usize,
+        /// Time at its end.
+        time: f64,
+        /// Contacts in the problem.
+        contacts: usize,
+        /// What the solver says, with the best residual.
+        source: SolveError,
+    },
+    /// A force or the new state overflowed.
+    #[error("step {step}, t = {time} s: {what}[{component}] is not finite")]
+    State {
+        /// Number of the step.
+        step: usize,
+        /// Time at its end.
+        time: f64,
+        /// Which vector.
+        what: &'static str,
+        /// Component.
+        component: usize,
+    },
+}

@@ -1,0 +1,88 @@
+//! The loop over steps, with observers and an orderly end.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::laws::ContactLaw;
+use crate::observe::{Frame, ObserveError, Observer, RunInfo};
+use crate::scalar::Scalar;
+use crate::scheme::{StepError, ThetaScheme};
+use crate::solver::ConeSolver;
+use crate::system::MechanicalSystem;
+
+/// How a run ended that nothing went wrong in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// Every step was made.
+    Completed,
+    /// The interrupt flag was raised; what was done is recorded.
+    Interrupted,
+}
+
+/// Why a run ended early. The observers were told of the end, so that nothing computed is lost.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SimulateError {
+    /// A step could not be made.
+    #[error(transparent)]
+    Step(#[from] StepError),
+    /// An output could not be written.
+    #[error(transparent)]
+    Observe(#[from] ObserveError),
+}
+
+/// Makes `steps` steps, unless `interrupt` is raised before, and tells the observers of each.
+///
+/// # Errors
+/// [`SimulateError`]; the observers' `end` has then been called all the same.
+pub fn simulate<T, const D: usize, S, L, V>(
+    scheme: &mut ThetaScheme<T, D, S, L, V>,
+    steps: usize,
+    run: &RunInfo,
+    observers: &mut [&mut dyn Observer<T, D>],
+    interrupt: &AtomicBool,
+) -> Result<Outcome, SimulateError>
+where
+    T: Scalar,
+    S: MechanicalSystem<T, D>,
+    L: ContactLaw<T, D>,
+    V: ConeSolver<T, D>,
+{
+    tell(scheme, observers, |observer, frame| observer.begin(run, frame))?;
+    let mut outcome = Ok(Outcome::Completed);
+    for _ in 0..steps {
+        if interrupt.load(Ordering::Relaxed) {
+            outcome = Ok(Outcome::Interrupted);
+            break;
+        }
+        let made = scheme.step().map(drop).map_err(SimulateError::from);
+        let told = made.and_then(|()| Ok(tell(scheme, observers, |observer, frame| observer.step(frame))?));
+        if let Err(error) = told {
+            outcome = Err(error);
+            break;
+        }
+    }
+    let ended = tell(scheme, observers, |observer, frame| observer.end(frame));
+    let outcome = outcome?;
+    ended?;
+    Ok(outcome)
+}
+
+/// Tells every observer, even after one failed, and returns the first failure.
+fn tell<T, const D: usize, S, L, V>(
+    scheme: &ThetaScheme<T, D, S, L, V>,
+    observers: &mut [&mut dyn Observer<T, D>],
+    mut message: impl FnMut(&mut dyn Observer<T, D>, Frame<'_, T, D>) -> Result<(), ObserveError>,
+) -> Result<(), ObserveError>
+where
+    T: Scalar,
+    S: MechanicalSystem<T, D>,
+    L: ContactLaw<T, D>,
+    V: ConeSolver<T, D>,
+{
+    let frame = Frame { system: scheme.system(), state: scheme.state(), step: scheme.last_step() };
+    let mut first = Ok(());
+    for observer in observers {
+        let told = message(*observer, frame);
+        first = first.and(told);
+    }
+    first
+}

@@ -1,0 +1,185 @@
+//! Whether some percussion brings every velocity into the dual cone, or the direction that shows none does.
+
+use clarabel::solver::SupportedConeT::{NonnegativeConeT, SecondOrderConeT};
+use clarabel::solver::{DefaultSolver, IPSolver};
+use nalgebra::SVector;
+
+use super::complementarity::tangential_norm;
+use super::conic_program::{Unknowns, settings, sparse, usable};
+use super::scaling::Scaled;
+use crate::cone::{ConeProblem, ProblemError};
+use crate::scalar::{Scalar, epsilon, lit, to_f64};
+
+/// The outcome of [`feasibility`].
+#[derive(Debug, Clone, PartialEq)]
+pub enum Feasibility<T: Scalar, const D: usize> {
+    /// W r + b ∈ int K* for this r, which makes a solution of the cone problem exist.
+    Strict {
+        /// The largest t ≤ 1 with W r + b − t b̄ e_N ∈ K*, b̄_α the size of b at the contact (dimensionless).
+        margin: T,
+        /// The percussions (N s), free of sign and cone.
+        percussion: Vec<SVector<T, D>>,
+    },
+    /// No r brings W r + b into K*: d separates the range of W from K* − b. A solution may exist all the same
+    /// (feasibility is sufficient, not necessary), but nothing guarantees it.
+    Separated {
+        /// The largest t, negative (dimensionless).
+        margin: T,
+        /// d ∈ K with Wᵀ d = 0 and d·b < 0, scaled to Σ d_N = 1 in the scaled problem (N s).
+        direction: Vec<SVector<T, D>>,
+    },
+    /// The margin is too near 0 for the arithmetic, or the program was not solved.
+    Undecided {
+        /// The margin computed, NaN where there is none.
+        margin: T,
+        /// How clarabel ended.
+        status: String,
+    },
+}
+
+/// Margins smaller than this are not decided: it is 100 times the tolerance of the convex program.
+const UNDECIDED: f64 = 1e-7;
+
+/// Slater's condition of the cone problem by one second-order cone program,
+///
+/// ```text
+///   max t   subject to   W r + b − t b̄ e_N ∈ K*,   t ≤ 1,   r free,
+/// ```
+///
+/// with b̄_α = β λ_max(W_αα)^{1/2}, β the mean size of the scaled b. A positive margin makes a solution exist
+/// (Klarbring & Pang 1998, doi:10.1137/S1052623497327775); a negative one comes with the direction d ∈ K, Wᵀ d = 0,
+/// d·b < 0 that proves it. Both are verified in the arithmetic of T before they are returned.
+///
+/// # Errors
+/// [`ProblemError`] where the data are not a cone problem.
+pub fn feasibility<T: Scalar, const D: usize>(
+    problem: &ConeProblem<T, D>,
+) -> Result<Feasibility<T, D>, ProblemError> {
+    problem.check()?;
+    let m = problem.contacts();
+    if problem.b_norm() == T::zero() {
+        // r = 0 is a solution; W r ∈ int K* may or may not be.
+        let status = "b = 0".to_string();
+        return Ok(Feasibility::Undecided { margin: T::zero(), status });
+    }
+    let mut scaled = Scaled::default();
+    scaled.refill(problem);
+    let (unknowns, margin) = (Unknowns::all::<D>(m), m * D);
+    let (mut entries, mut rhs, mut cones) = (Vec::new(), Vec::new(), Vec::new());
+    // One row of W x + b − t e_N, as s = rhs − A (x, t), combined with weights on N and on one tangent.
+    let p = scaled.problem();
+    let mut push = |contact: usize, weights: &[(usize, f64)]| {
+        let row = rhs.len();
+        for (j, block) in p.delassus().row(contact) {
+            for (c, column) in unknowns.range(j).enumerate() {
+                let value = weights.iter().map(|&(d, weight)| weight * to_f64(block[(d, c)])).sum::<f64>();
+                entries.push((row, column, -value));
+            }
+        }
+        entries.extend(weights.iter().filter(|&&(d, _)| d == 0).map(|&(_, weight)| (row, margin, weight)));
+        rhs.push(weights.iter().map(|&(d, weight)| weight * to_f64(p.b()[contact][d])).sum::<f64>());
+    };
+    for (i, &friction) in p.friction().iter().enumerate() {
+        let mu = to_f64(friction);
+        match if mu > 0.0 { D } else { 1 } {
+            1 => {
+                push(i, &[(0, 1.0)]);
+                cones.push(NonnegativeConeT(1));
+            }
+            2 => {
+                push(i, &[(0, 1.0), (1, mu)]);
+                push(i, &[(0, 1.0), (1, -mu)]);
+                cones.push(NonnegativeConeT(2));
+            }
+            _ => {
+                push(i, &[(0, 1.0)]);
+                (1..D).for_each(|d| push(i, &[(d, mu)]));
+                cones.push(SecondOrderConeT(D));
+            }
+        }
+    }
+    entries.push((rhs.len(), margin, 1.0));
+    rhs.push(1.0);
+    cones.push(NonnegativeConeT(1));
+    let undecided = |margin: f64, status: String| Ok(Feasibility::Undecided { margin: lit(margin), status });
+    if !entries.iter().all(|(_, _, value)| value.is_finite()) || !rhs.iter().all(|b| b.is_finite()) {
+        return undecided(f64::NAN, "the scaled problem is not finite".into());
+    }
+    let mut linear = vec![0.0; margin + 1];
+    linear[margin] = -1.0;
+    let (rows, quadratic) = (sparse(rhs.len(), margin + 1, &entries), sparse(margin + 1, margin + 1, &[]));
+    let settings = settings(UNDECIDED * 1e-2, 200);
+    let mut program = match DefaultSolver::new(&quadratic, &linear, &rows, &rhs, &cones, settings) {
+        Ok(program) => program,
+        Err(error) => return undecided(f64::NAN, error.to_string()),
+    };
+    program.solve();
+    let status = format!("{:?}", program.solution.status);
+    let (primal, dual) = (&program.solution.x, &program.solution.z);
+    let t = primal[margin];
+    if !usable(program.solution.status) || !primal.iter().chain(dual).all(|v| v.is_finite()) {
+        return undecided(t, status);
+    }
+    let block = |i: usize| SVector::<T, D>::from_fn(|d, _| lit(primal[i * D + d]));
+    if t > UNDECIDED {
+        let x: Vec<_> = (0..m).map(block).collect();
+        if let Some(margin) = verified_margin(p, &x) {
+            let mut percussion = x.clone();
+            scaled.unscale_into(&x, &mut percussion);
+            return Ok(Feasibility::Strict { margin: margin.min(T::one()), percussion });
+        }
+    } else if t < -UNDECIDED {
+        let d = direction(p, dual);
+        if separates(p, &d, lit(t)) {
+            let mut direction = d.clone();
+            scaled.unscale_into(&d, &mut direction);
+            return Ok(Feasibility::Separated { margin: lit(t), direction });
+        }
+    }
+    undecided(t, status)
+}
+
+/// min_α (w_N − μ‖w_T‖), where it is positive.
+fn verified_margin<T: Scalar, const D: usize>(problem: &ConeProblem<T, D>, x: &[SVector<T, D>]) -> Option<T> {
+    let margins = problem.friction().iter().enumerate().map(|(i, &mu)| {
+        let w = problem.shifted_velocity(i, x);
+        w[0] - mu * tangential_norm(&w)
+    });
+    let least = margins.fold(T::infinity_impl(), |least, margin| least.min(margin));
+    (least > T::zero()).then_some(least)
+}
+
+/// The direction of the dual variables: what the rows of a contact weigh its N and T components with.
+fn direction<T: Scalar, const D: usize>(problem: &ConeProblem<T, D>, dual: &[f64]) -> Vec<SVector<T, D>> {
+    let mut row = 0;
+    let contact = |&friction: &T| {
+        let (mu, mut d) = (to_f64(friction), SVector::<T, D>::zeros());
+        let rows = if mu > 0.0 { D } else { 1 };
+        let y = &dual[row..row + rows];
+        row += rows;
+        d[0] = lit(if rows == 2 { y[0] + y[1] } else { y[0] });
+        match rows {
+            1 => {}
+            2 => d[1] = lit(mu * (y[0] - y[1])),
+            _ => (1..D).for_each(|k| d[k] = lit(mu * y[k])),
+        }
+        d
+    };
+    problem.friction().iter().map(contact).collect()
+}
+
+/// d ∈ K, ‖Wᵀ d‖ small against |d·b|, d·b < 0: the residue of Wᵀ d = 0 cannot make up for d·b within percussions
+/// of size 1e4.
+fn separates<T: Scalar, const D: usize>(problem: &ConeProblem<T, D>, d: &[SVector<T, D>], t: T) -> bool {
+    let along = d.iter().zip(problem.b()).fold(T::zero(), |sum, (d, b)| sum + d.dot(b));
+    let mut image = vec![SVector::<T, D>::zeros(); d.len()];
+    for (i, d_i) in d.iter().enumerate() {
+        problem.delassus().row(i).for_each(|(j, block)| image[j] += block.transpose() * d_i);
+    }
+    let image = nalgebra::ComplexField::sqrt(image.iter().fold(T::zero(), |sum, v| sum + v.norm_squared()));
+    let slack = lit::<T>(UNDECIDED).max(epsilon::<T>() * lit::<T>(64.0));
+    let inside = d.iter().zip(problem.friction()).all(|(d, &mu)| tangential_norm(d) <= mu * d[0] + slack);
+    inside
+        && along < t * lit::<T>(0.5)
+        && image <= lit::<T>(1e-4).max(slack) * nalgebra::ComplexField::abs(along)
+}

@@ -1,0 +1,162 @@
+//! Mechanical systems: M v̇ + C v + K q = F(t) + Hᵀ(q) r with candidate contacts g(q).
+//!
+//! A system says what moves and what may touch. It knows no law, no scheme and no solver.
+
+mod forces;
+mod lagrangian;
+mod rigid_bodies;
+
+use std::fmt::Debug;
+
+pub use forces::Forces;
+pub use lagrangian::{Lagrangian, SmoothGap};
+pub use rigid_bodies::{Body, BodyId, ContactorId, GroupId, RigidBodies, RigidBodiesBuilder};
+
+use crate::contact::{Candidate, ContactId};
+use crate::linalg::{BlockRows, OperatorError, Symmetric};
+use crate::scalar::Scalar;
+
+/// A system with constant mass, damping and stiffness, and unilateral contacts of dimension D.
+///
+/// Sizes: q and v have [`dofs`](Self::dofs) components. Local frames are ordered (N, T1, T2) with the normal
+/// pointing from the obstacle to the body, so that a closing contact has u_N < 0.
+pub trait MechanicalSystem<T: Scalar, const D: usize>: Debug + Send {
+    /// Number of degrees of freedom n.
+    fn dofs(&self) -> usize;
+
+    /// Mass M, positive definite.
+    fn mass(&self) -> &Symmetric<T>;
+
+    /// Damping C, positive semidefinite; an absent one costs nothing.
+    fn damping(&self) -> Option<&Symmetric<T>> {
+        None
+    }
+
+    /// Stiffness K, positive semidefinite; an absent one costs nothing.
+    fn stiffness(&self) -> Option<&Symmetric<T>> {
+        None
+    }
+
+    /// External forces F(t).
+    fn forces(&self) -> &Forces<T>;
+
+    /// Number of interfaces; the scheme wants one law for each.
+    fn interfaces(&self) -> usize;
+
+    /// Appends every candidate contact with gap g(q) ≤ `reach` to `out`, each once, in any order.
+    ///
+    /// `&mut self` lets a broad phase keep its order from one call to the next.
+    fn candidates(&mut self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>);
+
+    /// Appends the block row H^α(q), of a candidate that [`candidates`](Self::candidates) named, to `out`.
+    fn jacobian(&self, contact: ContactId, q: &[T], out: &mut BlockRows<T, D>);
+
+    /// Size and speed that make the tolerances of the active set scale-free.
+    fn scales(&self, q: &[T], v: &[T]) -> Scales<T>;
+
+    /// Name of a contact in outputs.
+    fn contact_label(&self, contact: ContactId) -> String {
+        contact.0.to_string()
+    }
+
+    /// Name of a degree of freedom in outputs.
+    fn dof_label(&self, dof: usize) -> String {
+        format!("q{dof}")
+    }
+
+    /// Unit of a degree of freedom in outputs, `m` or `rad`.
+    fn dof_unit(&self, _dof: usize) -> &'static str {
+        "m"
+    }
+}
+
+impl<T: Scalar, const D: usize, S: MechanicalSystem<T, D> + ?Sized> MechanicalSystem<T, D> for Box<S> {
+    fn dofs(&self) -> usize {
+        (**self).dofs()
+    }
+    fn mass(&self) -> &Symmetric<T> {
+        (**self).mass()
+    }
+    fn damping(&self) -> Option<&Symmetric<T>> {
+        (**self).damping()
+    }
+    fn stiffness(&self) -> Option<&Symmetric<T>> {
+        (**self).stiffness()
+    }
+    fn forces(&self) -> &Forces<T> {
+        (**self).forces()
+    }
+    fn interfaces(&self) -> usize {
+        (**self).interfaces()
+    }
+    fn candidates(&mut self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>) {
+        (**self).candidates(q, reach, out);
+    }
+    fn jacobian(&self, contact: ContactId, q: &[T], out: &mut BlockRows<T, D>) {
+        (**self).jacobian(contact, q, out);
+    }
+    fn scales(&self, q: &[T], v: &[T]) -> Scales<T> {
+        (**self).scales(q, v)
+    }
+    fn contact_label(&self, contact: ContactId) -> String {
+        (**self).contact_label(contact)
+    }
+    fn dof_label(&self, dof: usize) -> String {
+        (**self).dof_label(dof)
+    }
+    fn dof_unit(&self, dof: usize) -> &'static str {
+        (**self).dof_unit(dof)
+    }
+}
+
+/// Characteristic length and speed of a scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scales<T> {
+    /// Length (m), > 0.
+    pub length: T,
+    /// Speed (m/s), > 0.
+    pub speed: T,
+}
+
+/// Why a system could not be built.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SystemError {
+    /// A matrix is not the symmetric operator it should be.
+    #[error("{what}: {source}")]
+    Operator {
+        /// Which matrix.
+        what: &'static str,
+        /// What is wrong with it.
+        source: OperatorError,
+    },
+    /// Two sizes differ.
+    #[error("{what} has size {given}, the system has {expected} degrees of freedom")]
+    Size {
+        /// What has the wrong size.
+        what: &'static str,
+        /// Number of degrees of freedom.
+        expected: usize,
+        /// The size given.
+        given: usize,
+    },
+    /// A number is outside its range.
+    #[error("{what} is {value}, it must be {range}")]
+    OutOfRange {
+        /// What it is.
+        what: String,
+        /// The value refused.
+        value: f64,
+        /// The range in words.
+        range: &'static str,
+    },
+    /// An index names nothing.
+    #[error("{what} {index} does not exist ({count} defined)")]
+    Unknown {
+        /// What was named.
+        what: &'static str,
+        /// The index given.
+        index: usize,
+        /// How many there are.
+        count: usize,
+    },
+}
