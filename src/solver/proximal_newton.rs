@@ -2,7 +2,7 @@
 
 use nalgebra::{ComplexField, SVector};
 
-use super::newton::{Inner, Outcome, Scaled};
+use super::newton::{Inner, Map, Outcome, Scaled};
 use super::{Breakdown, ConeSolver, Control, Description, Family, Stopping};
 use crate::cone::ConeProblem;
 use crate::scalar::{Scalar, epsilon, lit};
@@ -88,9 +88,18 @@ struct Schedule<T> {
     failures: usize,
     /// Whether the last success took at most eight steps.
     quick: bool,
+    /// Successes to wait for before a falls again, and how many the next failed fall will cost.
+    wait: usize,
+    penalty: usize,
+    /// The parameter that failed last.
+    failed: T,
 }
 
 impl<T: Scalar> Schedule<T> {
+    fn new(a: T) -> Self {
+        Self { a, floor: T::zero(), failures: 0, quick: false, wait: 0, penalty: 0, failed: T::zero() }
+    }
+
     fn success(&mut self, steps: usize, gentle: bool) {
         let tenth = lit::<T>(0.1);
         let factor = match steps {
@@ -99,7 +108,14 @@ impl<T: Scalar> Schedule<T> {
             13.. => lit(2.0),
             _ => T::one(),
         };
-        let factor = if gentle { factor.max(lit(0.4)) } else { factor };
+        let mut factor = if gentle { factor.max(lit(0.4)) } else { factor };
+        // Where a smaller a keeps failing, the way out is along the proximal path at this one.
+        if factor < T::one() && self.wait > 0 {
+            self.wait -= 1;
+            factor = T::one();
+        } else if self.a <= self.failed {
+            self.penalty = 0;
+        }
         self.quick = steps <= 8;
         self.failures = 0;
         self.floor *= lit::<T>(0.5);
@@ -110,6 +126,9 @@ impl<T: Scalar> Schedule<T> {
     fn failure(&mut self, gentle: bool) {
         self.failures += 1;
         self.quick = false;
+        self.failed = self.a;
+        self.wait = self.penalty;
+        self.penalty = (2 * self.penalty).clamp(1, 64);
         self.floor = self.a * lit::<T>(2.0);
         let factor = match self.failures {
             1 if gentle => 2.0,
@@ -149,7 +168,8 @@ impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
         let target = control.tolerance() * lit::<T>(0.95);
         let cold = lit(if problem.contacts() > 5_000 { 1e-2 } else { 1e-4 });
         let a = proximal.unwrap_or(cold);
-        let mut schedule = Schedule { a, floor: T::zero(), failures: 0, quick: false };
+        let mut schedule = Schedule::new(a);
+        scaled.map = Map::AlartCurnier;
         let budget = control.max_iterations(DEFAULT_STEPS);
         let mut steps = 0;
         let mut smallest = scaled.residual(&inner.r, &inner.w);
@@ -164,11 +184,21 @@ impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
                 smallest = residual;
                 best.copy_from_slice(&inner.r);
             }
+            if std::env::var("DBG").is_ok() {
+                eprintln!(
+                    "{steps} a {:e} taken {taken} {outcome:?} res {:e}",
+                    crate::scalar::to_f64(schedule.a),
+                    crate::scalar::to_f64(residual)
+                );
+            }
             let gentle = steps > PATIENCE;
             match outcome {
                 Outcome::Finished => {}
                 Outcome::Solved => schedule.success(taken, gentle),
-                Outcome::Abandoned => schedule.failure(gentle),
+                Outcome::Abandoned => {
+                    schedule.failure(gentle);
+                    scaled.map = scaled.map.other();
+                }
             }
             if schedule.failures >= MAX_FAILURES {
                 reason = Some(format!("{MAX_FAILURES} proximal subproblems in a row were abandoned"));

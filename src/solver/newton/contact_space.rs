@@ -2,7 +2,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::alart_curnier::{Linear, State};
+use super::maps::{Linear, State};
 use crate::cone::BlockMatrix;
 use crate::linalg::Multifrontal;
 use crate::scalar::{Scalar, lit};

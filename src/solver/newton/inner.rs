@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 
 use super::Scaled;
-use super::alart_curnier::Linear;
+use super::maps::Linear;
 use crate::scalar::{Scalar, lit};
 
 /// Newton steps after which a subproblem is abandoned.

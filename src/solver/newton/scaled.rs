@@ -2,8 +2,8 @@
 
 use nalgebra::{ComplexField, SVector};
 
-use super::alart_curnier::{Linear, linearise, value};
 use super::contact_space::ContactSpace;
+use super::maps::{Linear, Map};
 use crate::cone::{ConeProblem, de_saxce, largest_eigenvalue, project};
 use crate::scalar::{Scalar, from_usize};
 
@@ -17,6 +17,7 @@ pub(in crate::solver) struct Scaled<T: Scalar, const D: usize> {
     b_norm: T,
     friction: Vec<T>,
     system: ContactSpace<T, D>,
+    pub(in crate::solver) map: Map,
     /// Newton systems factored since the last preparation.
     pub(in crate::solver) factored: usize,
 }
@@ -30,6 +31,7 @@ impl<T: Scalar, const D: usize> Scaled<T, D> {
             b_norm: T::one(),
             friction: Vec::new(),
             system: ContactSpace::new(),
+            map: Map::default(),
             factored: 0,
         }
     }
@@ -88,7 +90,7 @@ impl<T: Scalar, const D: usize> Scaled<T, D> {
         ComplexField::sqrt(sum) * self.beta / self.b_norm
     }
 
-    /// ‖f‖ of the Alart–Curnier map at r with w + a (r − centre).
+    /// ‖f‖ of the map at r with w + a (r − centre).
     pub(super) fn merit(
         &self,
         r: &[SVector<T, D>],
@@ -98,7 +100,7 @@ impl<T: Scalar, const D: usize> Scaled<T, D> {
     ) -> T {
         let mut sum = T::zero();
         for (((r, w), centre), &mu) in r.iter().zip(w).zip(centre).zip(&self.friction) {
-            sum += value(r, &(w + (r - centre) * a), mu).norm_squared();
+            sum += self.map.value(r, &(w + (r - centre) * a), mu).norm_squared();
         }
         ComplexField::sqrt(sum)
     }
@@ -118,7 +120,7 @@ impl<T: Scalar, const D: usize> Scaled<T, D> {
                 .zip(w)
                 .zip(centre)
                 .zip(&self.friction)
-                .map(|(((r, w), centre), &mu)| linearise(r, &(w + (r - centre) * a), mu)),
+                .map(|(((r, w), centre), &mu)| self.map.linearise(r, &(w + (r - centre) * a), mu)),
         );
     }
 
