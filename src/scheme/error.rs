@@ -43,23 +43,25 @@ pub enum SetupError {
         /// The value refused.
         value: f64,
     },
-    /// The initial state has the wrong size or is not finite.
-    #[error("{what}: {given} components for {expected} degrees of freedom")]
-    StateSize {
-        /// q or v.
+    /// A vector or an operator of the system has the wrong size.
+    #[error("{what}: size {given} for {expected} degrees of freedom")]
+    Size {
+        /// `mass`, `damping`, `stiffness`, `force`, `q` or `v`.
         what: &'static str,
         /// Degrees of freedom of the system.
         expected: usize,
         /// Components given.
         given: usize,
     },
-    /// A component of the initial state, or of the force at the initial time, is NaN or infinite.
-    #[error("{what}[{component}] is not finite")]
+    /// A component of the initial state is NaN or infinite.
+    #[error("{what}[{component}] is {value}, it must be finite")]
     NotFinite {
-        /// Which vector.
+        /// `q` or `v`.
         what: &'static str,
         /// Component.
         component: usize,
+        /// The value refused.
+        value: f64,
     },
     /// The number of laws is not the number of interfaces.
     #[error("the system has {interfaces} interfaces, {laws} laws were given")]
