@@ -25,7 +25,7 @@ where
     /// [`StepError`] with the time and the numbers; the state is then that of before the step.
     pub fn step(&mut self) -> Result<&Step<T, D>, StepError> {
         // M̂ (v_free − v_k) = h (F_{k+θ} − C v_k − K (q_k + hθ v_k))
-        self.set_free_velocity();
+        self.set_free_velocity()?;
         // α is active iff g^α(q_k + h v_k) ≤ 0 and u^α_{N,k} ≤ 0                                 (55)
         self.find_active_contacts()?;
         // w = W p + b,  W = H M̂⁻¹ Hᵀ,  b = H v_free + δ,  δ = ((1−γ) u_k + s)/γ
@@ -35,15 +35,18 @@ where
         // v_{k+1} = v_free + M̂⁻¹ Hᵀ p,  q_{k+1} = q_k + h v_{k+θ}
         self.set_next_state()?;
         // E_{k+1} − E_k = W_ext + W_damp + (½−θ)(…) + Σ u_{k+θ}·p                                (56)
-        let (energies, balance) = self.balance();
+        let (energies, balance) = self.balance()?;
         self.accept(solution, energies, balance);
         Ok(&self.last)
     }
 
-    fn set_free_velocity(&mut self) {
+    fn set_free_velocity(&mut self) -> Result<(), StepError> {
         let Self { system, settings: Settings { theta, step: h, .. }, state, next, factor, .. } = self;
         let Next { v_free, force, scratch, elastic_force, .. } = next;
         system.forces().averaged(state.time, *h, *theta, force, scratch);
+        if !all_finite(&*force) {
+            return Err(self.state_error("F", &self.next.force));
+        }
         v_free.copy_from_slice(force);
         if let Some(damping) = system.damping() {
             damping.multiply(&state.v, scratch);
@@ -57,6 +60,7 @@ where
         v_free.iter_mut().for_each(|x| *x *= *h);
         factor.solve_in_place(v_free);
         axpy(v_free, T::one(), &state.v);
+        Ok(())
     }
 
     fn find_active_contacts(&mut self) -> Result<(), StepError> {
@@ -80,8 +84,15 @@ where
             if !all_finite([&gap]) {
                 return Err(self.contact_error(id, "gap"));
             }
+            if interface >= self.laws.len() {
+                return Err(self.unknown(id, "interface", interface, self.laws.len()));
+            }
             let row = self.jacobian.rows();
             self.system.jacobian(id, &self.state.q, &mut self.jacobian);
+            let dofs = self.state.v.len();
+            if let Some(column) = self.jacobian.largest_column(row).filter(|&column| column >= dofs) {
+                return Err(self.unknown(id, "degree of freedom", column, dofs));
+            }
             let before = self.jacobian.velocity(row, &self.state.v);
             if !all_finite(before.iter()) {
                 return Err(self.contact_error(id, "Jacobian"));
@@ -148,7 +159,7 @@ where
         match self.solver.solve(&self.problem, &self.warm_start, &mut self.percussions) {
             Ok(solution) => Ok(Some(solution)),
             Err(source) => {
-                let (step, time) = (self.state.index + 1, to_f64(self.state.time + self.settings.step));
+                let (step, time) = self.place();
                 Err(StepError::Solve { step, time, contacts, source })
             }
         }
@@ -181,17 +192,15 @@ where
                 contact.tangential_work = T::zero();
             }
         }
-        for (what, x) in [("v", &*v), ("q", &*q)] {
+        for (what, x) in [("v", &self.next.v), ("q", &self.next.q)] {
             if !all_finite(x) {
-                let component = x.iter().position(|x| !all_finite([x])).unwrap_or_default();
-                let (step, time) = (self.state.index + 1, to_f64(self.state.time + h));
-                return Err(StepError::State { step, time, what, component });
+                return Err(self.state_error(what, x));
             }
         }
         Ok(())
     }
 
-    fn balance(&mut self) -> (Energies<T>, Balance<T>) {
+    fn balance(&mut self) -> Result<(Energies<T>, Balance<T>), StepError> {
         let Self { system, settings: Settings { theta, step: h, .. }, state, next, .. } = self;
         let (half, h) = (lit::<T>(0.5), *h);
         let mut balance = Balance::default();
@@ -230,7 +239,11 @@ where
             elastic: half * dot(&next.q, &next.elastic_force[1]),
             potential: system.forces().potential(&next.q),
         };
-        (energies, balance)
+        if !all_finite(&[energies.total(), balance.imbalance]) {
+            let (step, time) = self.place();
+            return Err(StepError::Energy { step, time, kinetic: to_f64(energies.kinetic) });
+        }
+        Ok((energies, balance))
     }
 
     fn accept(&mut self, solution: Option<Solution<T>>, energies: Energies<T>, balance: Balance<T>) {
@@ -246,8 +259,27 @@ where
         state.time = self.start_time + self.settings.step * lit::<T>(state.index as f64);
     }
 
+    /// Number of the step being made, and the time at its end.
+    fn place(&self) -> (usize, f64) {
+        (self.state.index + 1, to_f64(self.state.time + self.settings.step))
+    }
+
+    #[cold]
+    fn state_error(&self, what: &'static str, x: &[T]) -> StepError {
+        let component = x.iter().position(|x| !all_finite([x])).unwrap_or_default();
+        let (step, time) = self.place();
+        StepError::State { step, time, what, component, value: to_f64(x[component]) }
+    }
+
+    #[cold]
     fn contact_error(&self, contact: ContactId, what: &'static str) -> StepError {
-        let (step, time) = (self.state.index + 1, to_f64(self.state.time + self.settings.step));
+        let (step, time) = self.place();
         StepError::Contact { step, time, contact: self.system.contact_label(contact), what }
+    }
+
+    #[cold]
+    fn unknown(&self, contact: ContactId, what: &'static str, index: usize, count: usize) -> StepError {
+        let (step, time) = self.place();
+        StepError::Unknown { step, time, contact: self.system.contact_label(contact), what, index, count }
     }
 }

@@ -11,7 +11,7 @@ use crate::contact::Candidate;
 use crate::energy::{Balance, Energies};
 use crate::laws::ContactLaw;
 use crate::linalg::{BlockRows, Factor, dot};
-use crate::scalar::{Scalar, lit};
+use crate::scalar::{Scalar, all_finite, lit, to_f64};
 use crate::solver::ConeSolver;
 use crate::system::MechanicalSystem;
 
@@ -80,6 +80,10 @@ where
             elastic: dot(&q, &next.elastic_force[0]) * lit::<T>(0.5),
             potential: system.forces().potential(&q),
         };
+        if !all_finite(&[energies.total()]) {
+            let (kinetic, elastic) = (to_f64(energies.kinetic), to_f64(energies.elastic));
+            return Err(SetupError::Energy { kinetic, elastic });
+        }
         Ok(Self {
             system,
             laws,
