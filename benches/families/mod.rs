@@ -180,19 +180,18 @@ impl Family {
         h
     }
 
-    /// The problem in the given form, b perturbed by `perturbation` (relative, per contact).
+    /// The problem in the given form, every free velocity changed by up to `perturbation` of the largest.
     pub fn problem(&self, form: Form, perturbation: f64) -> ConeProblem<f64, 3> {
         let h = self.jacobian();
-        let mass = self.bodies.iter().flat_map(|b| [b.mass, b.mass, b.mass, b.inertia.x, b.inertia.y, b.inertia.z]);
+        let mass =
+            self.bodies.iter().flat_map(|b| [b.mass, b.mass, b.mass, b.inertia.x, b.inertia.y, b.inertia.z]);
         let mass = Symmetric::diagonal(mass.collect()).expect("positive masses");
         let operator = FactoredDelassus::new(&h, &mass, 6).expect("a body has six velocities");
         let mut random = Random::new(17);
-        let b = (0..self.contacts.len())
-            .map(|i| {
-                let b = h.velocity(i, &self.free);
-                b + SVector::from_fn(|_, _| perturbation * random.symmetric() * b.norm())
-            })
-            .collect();
+        let largest = self.free.iter().fold(0.0f64, |x, v| x.max(v.abs()));
+        let free: Vec<f64> =
+            self.free.iter().map(|v| v + perturbation * largest * random.symmetric()).collect();
+        let b = (0..self.contacts.len()).map(|i| h.velocity(i, &free)).collect();
         ConeProblem::factored(operator, form, b, vec![self.friction; self.contacts.len()]).expect("a problem")
     }
 }
