@@ -11,13 +11,16 @@
 
 mod block_matrix;
 mod coulomb;
+mod factored;
 mod one_contact;
 mod problem;
 
 pub use block_matrix::BlockMatrix;
 pub use coulomb::{Status, StatusCount};
 pub use coulomb::{de_saxce, largest_eigenvalue, project, status};
+pub(crate) use factored::Product;
+pub use factored::{FactoredDelassus, FactoredError};
 pub use one_contact::{solve_one_contact, solve_one_contact_from};
 pub use problem::{
-    ConeProblem, DEFINITENESS_TOLERANCE, ProblemError, Residual, SPECTRUM_LIMIT, SYMMETRY_TOLERANCE,
+    ConeProblem, DEFINITENESS_TOLERANCE, Form, ProblemError, Residual, SPECTRUM_LIMIT, SYMMETRY_TOLERANCE,
 };

@@ -1,9 +1,12 @@
 //! The cone problem (W, b, μ), checked once, and the two residuals it is judged by.
 
+use std::sync::OnceLock;
+
 use nalgebra::{DMatrix, SVector};
 
 use super::coulomb::{StatusCount, de_saxce, largest_eigenvalue, project, status};
-use super::{BlockMatrix, one_contact};
+use super::factored::Product;
+use super::{BlockMatrix, FactoredDelassus, one_contact};
 use crate::scalar::{Scalar, all_finite, epsilon, lit, to_f64};
 
 /// Find r with w = W r + b and K* ∋ Φ(w) ⟂ r ∈ K, for contacts of dimension D.
@@ -12,7 +15,9 @@ use crate::scalar::{Scalar, all_finite, epsilon, lit, to_f64};
 /// and slightly asymmetric (it is solved as given).
 #[derive(Debug, Clone, PartialEq)]
 pub struct ConeProblem<T: Scalar, const D: usize> {
-    delassus: BlockMatrix<T, D>,
+    /// W block by block; where the problem holds H and M̂ instead, filled by the first who asks.
+    delassus: OnceLock<BlockMatrix<T, D>>,
+    factored: Option<FactoredDelassus<T, D>>,
     b: Vec<SVector<T, D>>,
     friction: Vec<T>,
 }
@@ -105,9 +110,21 @@ pub const DEFINITENESS_TOLERANCE: f64 = 1e-2;
 /// Up to this size (scalar rows) [`ConeProblem::new`] computes the spectrum of W; beyond, it tests 2×2 minors.
 pub const SPECTRUM_LIMIT: usize = 192;
 
+/// The form in which a problem given by H and M̂ holds W.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Form {
+    /// Whichever has fewer unknowns: factored where there are fewer velocities than percussions (default).
+    #[default]
+    Auto,
+    /// W block by block.
+    Formed,
+    /// H and M̂.
+    Factored,
+}
+
 impl<T: Scalar, const D: usize> Default for ConeProblem<T, D> {
     fn default() -> Self {
-        Self { delassus: BlockMatrix::new(), b: Vec::new(), friction: Vec::new() }
+        Self { delassus: BlockMatrix::new().into(), factored: None, b: Vec::new(), friction: Vec::new() }
     }
 }
 
@@ -121,10 +138,49 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
         b: Vec<SVector<T, D>>,
         friction: Vec<T>,
     ) -> Result<Self, ProblemError> {
-        let problem = Self { delassus, b, friction };
+        let problem = Self { delassus: delassus.into(), factored: None, b, friction };
         problem.check()?;
         problem.check_symmetric_semidefinite()?;
         Ok(problem)
+    }
+
+    /// A problem with W = H M̂⁻¹ Hᵀ in the given form: symmetric and positive semidefinite by construction.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check).
+    pub fn factored(
+        delassus: FactoredDelassus<T, D>,
+        form: Form,
+        b: Vec<SVector<T, D>>,
+        friction: Vec<T>,
+    ) -> Result<Self, ProblemError> {
+        let formed = match form {
+            Form::Formed => true,
+            Form::Factored => false,
+            // A Newton step factors one matrix or the other.
+            Form::Auto => delassus.nodes() * delassus.dofs() >= delassus.contacts() * D,
+        };
+        let problem = if formed {
+            Self { delassus: delassus.form().into(), factored: None, b, friction }
+        } else {
+            Self { delassus: OnceLock::new(), factored: Some(delassus), b, friction }
+        };
+        problem.check()?;
+        Ok(problem)
+    }
+
+    /// H and M̂, where the problem holds W in factored form. A solver that does not know it takes
+    /// [`delassus`](Self::delassus), which forms W.
+    pub fn factors(&self) -> Option<&FactoredDelassus<T, D>> {
+        self.factored.as_ref()
+    }
+
+    /// Blocks of W, counted without forming it.
+    pub fn delassus_blocks(&self) -> usize {
+        match &self.factored {
+            Some(factored) => factored.formed_blocks(),
+            None => self.delassus().stored_blocks(),
+        }
     }
 
     /// Number of contacts m.
@@ -132,9 +188,11 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
         self.b.len()
     }
 
-    /// W, block rows of D×D blocks.
+    /// W, block rows of D×D blocks. Where the problem holds H and M̂, the first call forms it.
+    #[inline]
     pub fn delassus(&self) -> &BlockMatrix<T, D> {
-        &self.delassus
+        self.delassus
+            .get_or_init(|| self.factored.as_ref().map_or_else(BlockMatrix::new, FactoredDelassus::form))
     }
 
     /// b, one block per contact, in the order (N, T1, T2).
@@ -148,8 +206,12 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
     }
 
     /// The parts, to refill them in place; [`check`](Self::check) tells whether they still are a problem.
+    /// A problem in factored form becomes one with W formed.
     pub fn parts_mut(&mut self) -> (&mut BlockMatrix<T, D>, &mut Vec<SVector<T, D>>, &mut Vec<T>) {
-        (&mut self.delassus, &mut self.b, &mut self.friction)
+        self.delassus();
+        self.factored = None;
+        let delassus = self.delassus.get_mut().expect("filled by the line above");
+        (delassus, &mut self.b, &mut self.friction)
     }
 
     /// W_αα.
@@ -158,13 +220,31 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
     /// If the block is absent, which [`check`](Self::check) excludes.
     #[inline]
     pub fn diagonal(&self, contact: usize) -> &nalgebra::SMatrix<T, D, D> {
-        self.delassus.diagonal(contact).expect("checked problems have every diagonal block")
+        match &self.factored {
+            Some(factored) => factored.diagonal(contact),
+            None => self.delassus().diagonal(contact).expect("checked problems have every diagonal block"),
+        }
     }
 
     /// (W r + b)_α.
     #[inline]
     pub fn shifted_velocity(&self, contact: usize, r: &[SVector<T, D>]) -> SVector<T, D> {
-        self.delassus.row_product(contact, r) + self.b[contact]
+        self.delassus().row_product(contact, r) + self.b[contact]
+    }
+
+    /// α → (W r + b)_α for one r: W is not formed for it.
+    fn velocities(&self, r: &[SVector<T, D>]) -> impl Fn(usize) -> SVector<T, D> {
+        let body = self.factored.as_ref().map(|factored| {
+            let mut product = Product::default();
+            factored.velocities(r, &mut product);
+            (factored, product)
+        });
+        move |i| match &body {
+            Some((factored, product)) => {
+                factored.jacobian.velocity(i, factored.dofs(), &product.velocities) + self.b[i]
+            }
+            None => self.shifted_velocity(i, r),
+        }
     }
 
     /// ‖b‖₂.
@@ -186,8 +266,9 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
     pub fn residual(&self, r: &[SVector<T, D>]) -> Residual<T> {
         assert_eq!(r.len(), self.contacts(), "one percussion per contact");
         let (mut natural, mut scaled) = (T::zero(), T::zero());
+        let velocity = self.velocities(r);
         for (i, r_i) in r.iter().enumerate() {
-            let phi = de_saxce(&self.shifted_velocity(i, r), self.friction[i]);
+            let phi = de_saxce(&velocity(i), self.friction[i]);
             natural += (r_i - project(&(r_i - phi), self.friction[i])).norm_squared();
             let rho = T::one() / largest_eigenvalue(self.diagonal(i));
             let map = (r_i - project(&(r_i - phi * rho), self.friction[i])) / rho;
@@ -202,9 +283,10 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
     /// The scaled residual alone, with `sizes` = λ_max(W_αα) at hand.
     pub(crate) fn scaled_residual(&self, r: &[SVector<T, D>], sizes: &[T]) -> T {
         let mut sum = T::zero();
+        let velocity = self.velocities(r);
         for (i, (r_i, &size)) in r.iter().zip(sizes).enumerate() {
             let mu = self.friction[i];
-            let phi = de_saxce(&self.shifted_velocity(i, r), mu);
+            let phi = de_saxce(&velocity(i), mu);
             sum += ((r_i - project(&(r_i - phi / size), mu)) * size).norm_squared();
         }
         if sum == T::zero() { sum } else { nalgebra::ComplexField::sqrt(sum) / self.b_norm() }
@@ -225,13 +307,14 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
     /// [`NoMobility`](ProblemError::NoMobility).
     pub fn check(&self) -> Result<(), ProblemError> {
         const { assert!(1 <= D && D <= 3, "the contact dimension is 1, 2 or 3") };
-        let rows = self.delassus.rows();
+        let rows = self.factored.as_ref().map_or_else(|| self.delassus().rows(), FactoredDelassus::contacts);
         if rows != self.b.len() || rows != self.friction.len() {
             return Err(ProblemError::Sizes { rows, b: self.b.len(), friction: self.friction.len() });
         }
         for contact in 0..rows {
             let mut previous = None;
-            for (column, block) in self.delassus.row(contact) {
+            let formed = self.factored.is_none().then(|| self.delassus().row(contact));
+            for (column, block) in formed.into_iter().flatten() {
                 if column >= rows || previous.is_some_and(|p| p >= column) {
                     return Err(ProblemError::Column { row: contact, column, rows });
                 }
@@ -250,7 +333,11 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
             if mu < T::zero() {
                 return Err(ProblemError::NegativeFriction { contact, value: to_f64(mu) });
             }
-            let normal = self.delassus.diagonal(contact).map_or(T::zero(), |block| block[(0, 0)]);
+            let diagonal = match &self.factored {
+                Some(factored) => Some(factored.diagonal(contact)),
+                None => self.delassus().diagonal(contact),
+            };
+            let normal = diagonal.map_or(T::zero(), |block| block[(0, 0)]);
             if normal <= T::zero() {
                 return Err(ProblemError::NoMobility { contact, normal: to_f64(normal) });
             }
@@ -268,8 +355,8 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
         let (tolerance, negative) = (lit::<T>(SYMMETRY_TOLERANCE), lit::<T>(DEFINITENESS_TOLERANCE));
         let size = |row: usize, i: usize| self.diagonal(row)[(i, i)];
         for row in 0..self.contacts() {
-            for (column, block) in self.delassus.row(row) {
-                let mirror = self.delassus.row(column).find(|&(j, _)| j == row).map(|(_, mirror)| mirror);
+            for (column, block) in self.delassus().row(row) {
+                let mirror = self.delassus().row(column).find(|&(j, _)| j == row).map(|(_, mirror)| mirror);
                 let mut worst = T::zero();
                 for i in 0..D {
                     for j in 0..D {
@@ -310,7 +397,7 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
         }
         let mut dense = DMatrix::<T>::zeros(n, n);
         for row in 0..self.contacts() {
-            for (column, block) in self.delassus.row(row) {
+            for (column, block) in self.delassus().row(row) {
                 for (i, j) in (0..D).flat_map(|i| (0..D).map(move |j| (i, j))) {
                     let half = block[(i, j)] * lit::<T>(0.5);
                     dense[(row * D + i, column * D + j)] += half;

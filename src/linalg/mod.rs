@@ -10,7 +10,7 @@ mod symmetric;
 
 pub use block_rows::BlockRows;
 pub use factor::{Factor, FactorError};
-pub(crate) use multifrontal::Multifrontal;
+pub(crate) use multifrontal::{Multifrontal, SolveBuffers};
 pub use sparse::SparseSymmetric;
 pub use symmetric::{OperatorError, Symmetric};
 

@@ -23,8 +23,19 @@ pub(crate) struct Multifrontal<T> {
     /// Fronts whose update waits on the stack.
     waiting: Vec<usize>,
     local: Vec<usize>,
+}
+
+/// Buffers of a solve.
+#[derive(Debug, Clone)]
+pub(crate) struct SolveBuffers<T> {
     x: Vec<T>,
     head: Vec<T>,
+}
+
+impl<T> Default for SolveBuffers<T> {
+    fn default() -> Self {
+        Self { x: Vec::new(), head: Vec::new() }
+    }
 }
 
 #[derive(Debug, Clone, Default)]
@@ -49,8 +60,6 @@ impl<T: Scalar> Multifrontal<T> {
             stack: Vec::new(),
             waiting: Vec::new(),
             local: Vec::new(),
-            x: Vec::new(),
-            head: Vec::new(),
         }
     }
 
@@ -174,9 +183,10 @@ impl<T: Scalar> Multifrontal<T> {
     }
 
     /// Solves K x = b in place; `x` has `size` numbers per node, those of inactive nodes are left alone.
-    pub(crate) fn solve(&mut self, x: &mut [T]) {
+    pub(crate) fn solve(&self, x: &mut [T], buffers: &mut SolveBuffers<T>) {
         let d = self.symbolic.size;
-        let Self { symbolic, fronts, nodes, factors, swaps, x: work, head, .. } = self;
+        let Self { symbolic, fronts, nodes, factors, swaps, .. } = self;
+        let SolveBuffers { x: work, head } = buffers;
         work.clear();
         symbolic.order.iter().for_each(|&node| work.extend_from_slice(&x[node * d..(node + 1) * d]));
         for front in fronts.iter() {

@@ -1,8 +1,10 @@
 //! One Gauss–Seidel sweep, with what it remembers from one sweep to the next.
 
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 
-use crate::cone::{ConeProblem, largest_eigenvalue, solve_one_contact_from};
+use crate::cone::{
+    BlockMatrix, ConeProblem, FactoredDelassus, Product, largest_eigenvalue, solve_one_contact_from,
+};
 use crate::scalar::Scalar;
 
 /// Sweeps over a problem: for every contact r_α ← the exact solution of w_α = W_αα r_α + (b_α + Σ_{β≠α} W_αβ r_β).
@@ -12,11 +14,64 @@ pub(super) struct GaussSeidel<T> {
     sizes: Vec<T>,
     /// The slip's α = −w_T/r_T of the last sweep, one per contact: where the next root-finder starts.
     slips: Vec<T>,
+    product: Product<T>,
+}
+
+/// What a sweep carries along contact by contact.
+trait Rows<T: Scalar, const D: usize> {
+    /// (W r)_α at the current r.
+    fn product(&self, contact: usize, r: &[SVector<T, D>]) -> SVector<T, D>;
+    fn diagonal(&self, contact: usize) -> &SMatrix<T, D, D>;
+    /// r_α has changed by `change`.
+    fn change(&mut self, contact: usize, change: &SVector<T, D>);
+}
+
+struct Formed<'a, T: Scalar, const D: usize>(&'a BlockMatrix<T, D>);
+
+impl<T: Scalar, const D: usize> Rows<T, D> for Formed<'_, T, D> {
+    #[inline(always)]
+    fn product(&self, contact: usize, r: &[SVector<T, D>]) -> SVector<T, D> {
+        self.0.row_product(contact, r)
+    }
+    #[inline(always)]
+    fn diagonal(&self, contact: usize) -> &SMatrix<T, D, D> {
+        self.0.diagonal(contact).expect("checked problems have every diagonal block")
+    }
+    #[inline(always)]
+    fn change(&mut self, _: usize, _: &SVector<T, D>) {}
+}
+
+/// Keeps the velocities v = M̂⁻¹ Hᵀ r.
+struct Bodies<'a, T: Scalar, const D: usize> {
+    factors: &'a FactoredDelassus<T, D>,
+    weighted: &'a [SVector<T, D>],
+    velocities: &'a mut [T],
+}
+
+impl<T: Scalar, const D: usize> Rows<T, D> for Bodies<'_, T, D> {
+    #[inline(always)]
+    fn product(&self, contact: usize, _: &[SVector<T, D>]) -> SVector<T, D> {
+        self.factors.jacobian.velocity(contact, self.factors.dofs(), self.velocities)
+    }
+    #[inline(always)]
+    fn diagonal(&self, contact: usize) -> &SMatrix<T, D, D> {
+        self.factors.diagonal(contact)
+    }
+    #[inline(always)]
+    fn change(&mut self, contact: usize, change: &SVector<T, D>) {
+        let (d, h) = (self.factors.dofs(), &self.factors.jacobian);
+        let range = h.starts[contact]..h.starts[contact + 1];
+        let columns = self.weighted[range.start * d..range.end * d].chunks_exact(d);
+        for (&node, columns) in h.nodes[range].iter().zip(columns) {
+            let v = &mut self.velocities[node * d..(node + 1) * d];
+            v.iter_mut().zip(columns).for_each(|(v, w)| *v += w.dot(change));
+        }
+    }
 }
 
 impl<T: Scalar> GaussSeidel<T> {
     pub(super) fn new() -> Self {
-        Self { sizes: Vec::new(), slips: Vec::new() }
+        Self { sizes: Vec::new(), slips: Vec::new(), product: Product::default() }
     }
 
     /// Reads the diagonal of W; allocates only where the problem is larger than any before.
@@ -33,27 +88,47 @@ impl<T: Scalar> GaussSeidel<T> {
     }
 
     /// One sweep; returns Σ ‖λ_max(W_αα) Δr_α‖², what the sweep changed as a velocity squared.
+    ///
+    /// A problem in factored form is swept with H and the velocities where M̂ is block-diagonal; a coupled M̂ would
+    /// need a solve per contact, so that W is formed.
     pub(super) fn sweep<const D: usize>(
         &mut self,
         problem: &ConeProblem<T, D>,
         r: &mut [SVector<T, D>],
         reverse: bool,
     ) -> T {
-        let m = r.len();
-        if reverse {
-            (0..m).rev().fold(T::zero(), |change, i| change + self.visit(problem, r, i))
-        } else {
-            (0..m).fold(T::zero(), |change, i| change + self.visit(problem, r, i))
+        let Self { sizes, slips, product } = self;
+        match problem.factors().and_then(|factors| Some((factors, factors.weighted()?))) {
+            Some((factors, weighted)) => {
+                let velocities = factors.velocities(r, product);
+                run(Bodies { factors, weighted, velocities }, problem, r, reverse, sizes, slips)
+            }
+            None => run(Formed(problem.delassus()), problem, r, reverse, sizes, slips),
         }
     }
+}
 
-    #[inline(always)]
-    fn visit<const D: usize>(&mut self, problem: &ConeProblem<T, D>, r: &mut [SVector<T, D>], i: usize) -> T {
+#[inline]
+fn run<T: Scalar, const D: usize>(
+    mut rows: impl Rows<T, D>,
+    problem: &ConeProblem<T, D>,
+    r: &mut [SVector<T, D>],
+    reverse: bool,
+    sizes: &[T],
+    slips: &mut [T],
+) -> T {
+    let (b, friction, m) = (problem.b(), problem.friction(), r.len());
+    let mut total = T::zero();
+    for k in 0..m {
+        let i = if reverse { m - 1 - k } else { k };
         let old = r[i];
-        let block = problem.diagonal(i);
-        let others = problem.shifted_velocity(i, r) - block * old;
-        let next = solve_one_contact_from(block, &others, problem.friction()[i], &mut self.slips[i]);
+        let block = rows.diagonal(i);
+        let others = rows.product(i, r) + (b[i] - block * old);
+        let next = solve_one_contact_from(block, &others, friction[i], &mut slips[i]);
+        let change = next - old;
         r[i] = next;
-        ((next - old) * self.sizes[i]).norm_squared()
+        rows.change(i, &change);
+        total += (change * sizes[i]).norm_squared();
     }
+    total
 }

@@ -75,7 +75,7 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for Hybrid<T, D> {
         r: &mut [SVector<T, D>],
         control: &mut Control<'_, T>,
     ) -> Result<usize, Breakdown> {
-        let (m, blocks) = (problem.contacts(), problem.delassus().stored_blocks());
+        let (m, blocks) = (problem.contacts(), problem.delassus_blocks());
         let sweeps = self.settings.sweeps.unwrap_or_else(|| (16 * blocks / m).clamp(20, 400));
         let patience = Patience { sweeps: sweeps.min(control.max_iterations(sweeps)), stalled: STALLED };
         let run = self.sweeps.run(problem, r, Sweep::Forward, patience, control);

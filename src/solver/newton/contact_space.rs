@@ -4,7 +4,7 @@ use nalgebra::{SMatrix, SVector};
 
 use super::maps::{Linear, State};
 use crate::cone::BlockMatrix;
-use crate::linalg::Multifrontal;
+use crate::linalg::{Multifrontal, SolveBuffers};
 use crate::scalar::{Scalar, lit};
 
 /// Σ_β C_α W_αβ dr_β + (A_α + a C_α) dr_α = −f_α with the scaled W; open contacts (dr = −r) leave the system.
@@ -21,6 +21,7 @@ pub(super) struct ContactSpace<T: Scalar, const D: usize> {
     active: Vec<bool>,
     rhs: Vec<T>,
     lu: Multifrontal<T>,
+    buffers: SolveBuffers<T>,
     analysed: bool,
 }
 
@@ -36,6 +37,7 @@ impl<T: Scalar, const D: usize> ContactSpace<T, D> {
             active: Vec::new(),
             rhs: Vec::new(),
             lu: Multifrontal::new(),
+            buffers: SolveBuffers::default(),
             analysed: false,
         }
     }
@@ -153,7 +155,7 @@ impl<T: Scalar, const D: usize> ContactSpace<T, D> {
             self.rhs[i * D..(i + 1) * D].copy_from_slice(rhs.as_slice());
         }
         self.lu.factor(&self.values, &self.active)?;
-        self.lu.solve(&mut self.rhs);
+        self.lu.solve(&mut self.rhs, &mut self.buffers);
         for (i, dr) in dr.iter_mut().enumerate().filter(|&(i, _)| self.active[i]) {
             dr.copy_from_slice(&self.rhs[i * D..(i + 1) * D]);
         }

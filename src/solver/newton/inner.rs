@@ -56,7 +56,7 @@ impl<T: Scalar, const D: usize> Inner<T, D> {
     }
 
     /// Starts from the percussions `r`.
-    pub(in crate::solver) fn start(&mut self, problem: &Scaled<T, D>, r: &[SVector<T, D>]) {
+    pub(in crate::solver) fn start(&mut self, problem: &mut Scaled<T, D>, r: &[SVector<T, D>]) {
         problem.enter(r, &mut self.r);
         let buffers = [
             &mut self.w,
@@ -138,14 +138,14 @@ impl<T: Scalar, const D: usize> Inner<T, D> {
         (if solved { Outcome::Solved } else { Outcome::Abandoned }, steps)
     }
 
-    fn return_to_reference(&mut self, problem: &Scaled<T, D>) {
+    fn return_to_reference(&mut self, problem: &mut Scaled<T, D>) {
         self.r.copy_from_slice(&self.reference);
         problem.velocity(&self.r, &mut self.w);
     }
 
     /// The longest of the steps 1, ½, ¼… that passes Armijo's test against the largest recent merit, or the shortest
     /// tried; moves there and returns its length.
-    fn search(&mut self, problem: &Scaled<T, D>, a: T, recent: [T; MEMORY]) -> T {
+    fn search(&mut self, problem: &mut Scaled<T, D>, a: T, recent: [T; MEMORY]) -> T {
         let bound = recent.into_iter().fold(T::zero(), |x, y| x.max(y));
         problem.apply(&self.dr, &mut self.dw);
         let mut length = T::one();

@@ -7,7 +7,7 @@ use crate::scalar::Scalar;
 
 /// The equation a semismooth Newton solves.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Map {
+pub(in crate::solver) enum Map {
     /// Alart–Curnier (doi:10.1016/0045-7825(91)90022-X), default: f_N = r_N − max(0, r_N − w_N), f_T = r_T − the projection of r_T − w_T
     /// on the disc of radius μ max(0, r_N − w_N).
     #[default]

@@ -1,10 +1,11 @@
-//! What the Newton solvers share: the Alart–Curnier map, the linear system in contact space, the inner iteration.
+//! What the Newton solvers share: the maps, the linear systems in contact and body space, the inner iteration.
 
+mod body_space;
 mod contact_space;
 mod inner;
 mod maps;
 mod scaled;
 
 pub(super) use inner::{Inner, Outcome};
-pub use maps::Map;
+pub(super) use maps::Map;
 pub(super) use scaled::Scaled;

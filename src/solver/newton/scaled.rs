@@ -2,6 +2,7 @@
 
 use nalgebra::{ComplexField, SVector};
 
+use super::body_space::BodySpace;
 use super::contact_space::ContactSpace;
 use super::maps::{Linear, Map};
 use crate::cone::{ConeProblem, de_saxce, largest_eigenvalue, project};
@@ -16,10 +17,17 @@ pub(in crate::solver) struct Scaled<T: Scalar, const D: usize> {
     b: Vec<SVector<T, D>>,
     b_norm: T,
     friction: Vec<T>,
-    system: ContactSpace<T, D>,
+    system: System<T, D>,
     pub(in crate::solver) map: Map,
     /// Newton systems factored since the last preparation.
     pub(in crate::solver) factored: usize,
+}
+
+/// Where the Newton systems are solved: over the contacts with W formed, over the bodies with H and M̂.
+#[derive(Debug, Clone)]
+enum System<T: Scalar, const D: usize> {
+    Contact(ContactSpace<T, D>),
+    Body(BodySpace<T, D>),
 }
 
 impl<T: Scalar, const D: usize> Scaled<T, D> {
@@ -30,7 +38,7 @@ impl<T: Scalar, const D: usize> Scaled<T, D> {
             b: Vec::new(),
             b_norm: T::one(),
             friction: Vec::new(),
-            system: ContactSpace::new(),
+            system: System::Contact(ContactSpace::new()),
             map: Map::default(),
             factored: 0,
         }
@@ -49,7 +57,20 @@ impl<T: Scalar, const D: usize> Scaled<T, D> {
         self.b.extend(problem.b().iter().zip(&self.scale).map(|(b, &s)| b * (s / self.beta)));
         self.friction.clear();
         self.friction.extend_from_slice(problem.friction());
-        self.system.prepare(problem.delassus(), &self.scale);
+        match (&mut self.system, problem.factors()) {
+            (System::Contact(system), None) => system.prepare(problem.delassus(), &self.scale),
+            (System::Body(system), Some(factors)) => system.prepare(factors, &self.scale),
+            (system, None) => {
+                let mut contact = ContactSpace::new();
+                contact.prepare(problem.delassus(), &self.scale);
+                *system = System::Contact(contact);
+            }
+            (system, Some(factors)) => {
+                let mut body = BodySpace::new();
+                body.prepare(factors, &self.scale);
+                *system = System::Body(body);
+            }
+        }
         self.factored = 0;
     }
 
@@ -71,14 +92,17 @@ impl<T: Scalar, const D: usize> Scaled<T, D> {
     }
 
     /// w = W r + b.
-    pub(in crate::solver) fn velocity(&self, r: &[SVector<T, D>], w: &mut [SVector<T, D>]) {
-        self.system.apply(r, w);
+    pub(in crate::solver) fn velocity(&mut self, r: &[SVector<T, D>], w: &mut [SVector<T, D>]) {
+        self.apply(r, w);
         w.iter_mut().zip(&self.b).for_each(|(w, b)| *w += b);
     }
 
     /// out = W x.
-    pub(super) fn apply(&self, x: &[SVector<T, D>], out: &mut [SVector<T, D>]) {
-        self.system.apply(x, out);
+    pub(super) fn apply(&mut self, x: &[SVector<T, D>], out: &mut [SVector<T, D>]) {
+        match &mut self.system {
+            System::Contact(system) => system.apply(x, out),
+            System::Body(system) => system.apply(x, out),
+        }
     }
 
     /// The scaled residual of the problem at (r, w).
@@ -135,6 +159,9 @@ impl<T: Scalar, const D: usize> Scaled<T, D> {
         dr: &mut [SVector<T, D>],
     ) -> Result<(), usize> {
         self.factored += 1;
-        self.system.step(linear, a, dr)
+        match &mut self.system {
+            System::Contact(system) => system.step(linear, a, dr),
+            System::Body(system) => system.step(linear, a, dr),
+        }
     }
 }
