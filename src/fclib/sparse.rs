@@ -140,7 +140,7 @@ impl Header {
                     if self.nz == -2 { (self.rows, self.columns) } else { (self.columns, self.rows) };
                 let starts = store.integers(name_p, &[major + 1])?;
                 let used = check_starts(name_p, &starts, self.nzmax)?;
-                let minors = store.integers(name_i, &[self.nzmax, used])?;
+                let minors = store.integers(name_i, &[self.nzmax])?;
                 let minors = check_indices(name_i, &minors[..used], minor)?;
                 store.charge(name_p, 4 * used as u64)?;
                 let majors: Vec<u32> = (0_u32..)
@@ -160,7 +160,7 @@ impl Header {
                 )
             }
         };
-        let values = store.reals(name_x, &[self.nzmax, used])?;
+        let values = store.reals(name_x, &[self.nzmax])?;
         store.charge(&self.path, 16 * used as u64)?;
         let entries: Vec<_> =
             rows.into_iter().zip(columns).zip(values).map(|((i, j), x)| (i, j, x)).collect();
