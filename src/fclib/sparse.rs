@@ -89,6 +89,15 @@ impl SparseMatrix {
         }
     }
 
+    /// y ← y + Aᵀ x.
+    ///
+    /// # Panics
+    /// If `x` or `y` has the wrong length.
+    pub fn multiply_add_transposed(&self, x: &[f64], y: &mut [f64]) {
+        assert_eq!((x.len(), y.len()), (self.rows(), self.columns), "lengths of x and y");
+        self.entries().for_each(|(i, j, a)| y[j] += a * x[i]);
+    }
+
     /// Row starts, column indices and values: compressed rows, 0-based.
     pub(super) fn parts(&self) -> (&[usize], &[u32], &[f64]) {
         (&self.starts, &self.indices, &self.values)
