@@ -5,6 +5,8 @@
 //! solvers over the same files: a table, residual against time, and the profiles of Dolan and Moré.
 
 mod benchmark;
+#[cfg(feature = "figures")]
+mod figures;
 mod peer;
 mod profile;
 mod solve;

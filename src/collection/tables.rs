@@ -48,6 +48,11 @@ pub struct Ratio {
     pub ratio: Option<f64>,
 }
 
+/// A number for people, a dash where there is none.
+fn number(value: f64) -> String {
+    if value.is_nan() { "—".into() } else { format!("{value:.1e}") }
+}
+
 /// Middle of a set of numbers; not a number where it is empty.
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
@@ -162,7 +167,7 @@ impl Benchmark {
                 "{:width$} {share:>9} {:>10} {:>11.3e} {:>11.3e}",
                 s.solver, s.iterations, s.cpu_seconds, s.median_seconds
             )?;
-            write!(out, " {:>9.1e} {:>9.1e}  ", s.worst_residual, s.worst_scaled_residual)?;
+            write!(out, " {:>9} {:>9}  ", number(s.worst_residual), number(s.worst_scaled_residual))?;
             let shown = s.failed.len().min(3);
             write!(out, "{}", s.failed[..shown].join(", "))?;
             if s.failed.len() > shown {
@@ -188,7 +193,8 @@ impl Benchmark {
             writeln!(out, "{:width$} {:>8} {own:>12} {peer:>12} {ratio:>10}  {name}", r.problem, r.contacts)?;
         }
         let median = self.median_ratio(solver, 20);
-        writeln!(out, "median ratio over the problems with more than 20 contacts: {median:.1}")
+        let median = if median.is_nan() { "—".into() } else { format!("{median:.1}") };
+        writeln!(out, "median ratio over the problems with more than 20 contacts: {median}")
     }
 
     /// Writes `results.csv` (a line per problem and solver), `curves.csv` (residual against time), `profile.csv`
