@@ -14,12 +14,14 @@
 //! impact law. Energy conservation and dissipation properties for elastodynamics with contact impact and friction"
 //! (2024). Local vectors are ordered (N, T1, T2); the normal points from the obstacle to the body.
 
+#[cfg(feature = "collection")]
+pub mod collection;
 pub mod cone;
 pub mod contact;
 pub mod energy;
 #[cfg(feature = "fclib")]
 pub mod fclib;
-#[cfg(any(feature = "outputs", feature = "figures"))]
+#[cfg(any(feature = "outputs", feature = "figures", feature = "fclib"))]
 pub mod file;
 pub mod linalg;
 pub mod observe;
