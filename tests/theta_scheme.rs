@@ -71,6 +71,10 @@ fn without_contact_theta_above_one_half_dissipates_and_below_creates() {
     }
 }
 
+/// Share of the range of a parameter from which friction is drawn, μ ≤ ½: cone problems of several contacts with
+/// larger friction may be too hard for a solver, which then says so; they are the matter of the solvers' own tests.
+const FRICTION_SHARE: f64 = 0.25;
+
 /// Instances of a registered law, one per interface: the same but for the friction, so that the intervals they claim
 /// meet.
 fn draw<const D: usize>(description: &Description, stream: &mut Stream, count: usize) -> Vec<Law<D>> {
@@ -78,7 +82,7 @@ fn draw<const D: usize>(description: &Description, stream: &mut Stream, count: u
     let friction = description.parameters.iter().position(|p| p.name == laws::FRICTION.name);
     let instance = |_| {
         if let Some(friction) = friction {
-            unit[friction] = stream.uniform(0.0, 1.0);
+            unit[friction] = stream.uniform(0.0, FRICTION_SHARE);
         }
         laws::build(description.name, &description.draw(&unit)).expect("parameters drawn in their range")
     };
@@ -161,33 +165,40 @@ fn the_balance_closes_and_contact_dissipates_in_space() {
     energy_of_random_systems::<3>();
 }
 
+/// The states of a run, one after the other.
+fn trajectory<const D: usize>(mut scheme: Scheme<D>, steps: usize) -> Vec<f64> {
+    let mut states = Vec::new();
+    for _ in 0..steps {
+        scheme.step().expect("two contacts");
+        states.extend(scheme.state().q.iter().chain(&scheme.state().v));
+    }
+    states
+}
+
 fn storages_agree<const D: usize>() {
+    const STEPS: usize = 200;
     let mut stream = Stream(10 + D as u64);
     for description in LAWS {
         for diagonal in [true, false] {
             let state = RandomLagrangian::<D>::draw(&mut stream, 6, 2, diagonal);
-            let storages = if diagonal { &STORAGES[..] } else { &STORAGES[1..] };
             let seed = stream.0;
-            let mut schemes: Vec<Scheme<D>> = Vec::new();
-            for &storage in storages {
+            let run = |&storage: &Storage| {
                 let mut stream = Stream(seed);
                 let laws = draw::<D>(description, &mut stream, 2);
                 let (theta, _) = draw_theta(&laws, &mut stream);
                 let settings = Settings::new(theta, 0.01);
-                schemes.push(scheme(state.system(storage), laws, "nsgs", settings, &state).expect("claimed θ"));
-            }
-            let mut worst = 0.0f64;
-            for k in 0..200 {
-                schemes.iter_mut().for_each(|scheme| drop(scheme.step().expect("two contacts")));
-                let (one, others) = schemes.split_first().expect("storages");
-                for other in others {
-                    let far = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
-                    let (a, b) = (one.state(), other.state());
-                    worst = worst.max(far(&a.q, &b.q)).max(far(&a.v, &b.v));
-                    if worst > 1e-9 { println!("{} {k} {worst:e}", description.name); }
-                }
-            }
-            println!("{} D = {D} diagonal {diagonal}: {worst:e}", description.name);
+                let scheme = scheme(state.system(storage), laws, "nsgs", settings, &state);
+                trajectory(scheme.expect("a claimed θ"), STEPS)
+            };
+            let storages = if diagonal { &STORAGES[..] } else { &STORAGES[1..] };
+            let runs: Vec<Vec<f64>> = storages.iter().map(run).collect();
+            let far = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            let apart = runs[1..].iter().map(|other| far(&runs[0], other)).fold(0.0, f64::max);
+            let size = runs[0].iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+            println!("{} D = {D} diagonal {diagonal}: {apart:e} of {size}", description.name);
+            // What the solver leaves open, step after step, in a motion that contact keeps from diverging.
+            let bound = STEPS as f64 * TOLERANCE * size;
+            assert!(apart <= bound, "{}, D = {D}, diagonal: {diagonal}: {apart:e}", description.name);
         }
     }
 }
