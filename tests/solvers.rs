@@ -174,8 +174,9 @@ proptest! {
     #[test]
     fn single_precision_is_solved_or_reported(recipe in recipes(2..=6, 0.5)) {
         for solver in SOLVERS {
-            attempt(solver.name, &redundant::<f32, 2>(recipe));
-            attempt(solver.name, &redundant::<f32, 3>(recipe));
+            // Either outcome is checked inside.
+            let _ = attempt(solver.name, &redundant::<f32, 2>(recipe));
+            let _ = attempt(solver.name, &redundant::<f32, 3>(recipe));
         }
     }
 

@@ -1,4 +1,4 @@
-//! Anderson acceleration of a fixed point x = g(x).
+//! Anderson acceleration of a fixed point x = g(x) of plain numbers, which lie on no cone.
 
 use nalgebra::ComplexField;
 

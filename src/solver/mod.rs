@@ -26,6 +26,7 @@ mod proximal_newton;
 mod registry;
 mod scaling;
 mod semismooth_newton;
+mod watchdog;
 
 use std::fmt::Debug;
 
