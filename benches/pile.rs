@@ -10,6 +10,9 @@ use std::time::Instant;
 
 const WIDTHS: [usize; 3] = [10, 100, 1000];
 const HIGH: usize = 10;
+const FRICTION: f64 = 0.3;
+const SOLVER: &str = "nsgs";
+const TOLERANCE: f64 = 1e-6;
 const SETTLE: usize = 100;
 const MEASURED: usize = 20;
 
@@ -21,7 +24,7 @@ fn main() {
     let mut previous = None::<(f64, f64)>;
     for wide in WIDTHS {
         let discs = (0..HIGH).map(|row| wide - row % 2).sum::<usize>();
-        let mut scheme = scenes::pile::<f64, 2>(wide, HIGH, "nsgs", Some(1e-6));
+        let mut scheme = scenes::pile::<f64, 2>(wide, HIGH, FRICTION, SOLVER, Some(TOLERANCE));
         let (mut fastest, mut contacts, mut sweeps) = (f64::INFINITY, 0, 0);
         for step in 0..SETTLE + MEASURED {
             let clock = Instant::now();

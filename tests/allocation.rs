@@ -73,7 +73,7 @@ fn the_frictionless_stick_allocates_nothing() {
 }
 
 fn pile<T: Scalar, const D: usize>(tolerance: f64) {
-    let mut scheme = scenes::pile::<T, D>(8, 7, "nsgs", Some(tolerance));
+    let mut scheme = scenes::pile::<T, D>(8, 7, 0.3, "nsgs", Some(tolerance));
     assert_no_allocation("a pile of 53 discs", &mut scheme, 300, 100);
 }
 

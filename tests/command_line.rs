@@ -182,7 +182,7 @@ fn keys_are_refused_with_line_and_column() {
         bench.assert_edit_refused("theta = 0.5", to, &[&at, says]);
     }
     let column = format!("scene.toml:{line}:9:");
-    bench.assert_edit_refused("theta = 0.5", "theta = \"half\"", &[&column, "floating point"]);
+    bench.assert_edit_refused("theta = 0.5", "theta = \"half\"", &[&column, "expected f64"]);
     bench.assert_edit_refused("theta = 0.5", "activation = \"nearest\"", &["`nearest`", "`moreau-jean`"]);
     bench.assert_edit_refused("end = 0.2 ", "# end = 0.2 ", &["scene.toml:", "missing field `end`"]);
     bench.assert_edit_refused("mass = 1.0 ", "# mass = 1.0 ", &["scene.toml:", "missing field `mass`"]);
@@ -212,6 +212,7 @@ fn options_out_of_range_are_refused() {
         (["--theta", "nan"], ["θ = NaN", "[0, 1]"]),
         (["--theta", "half"], ["half", "--theta"]),
         (["--step", "-1"], ["time.step", "-1"]),
+        (["--step", "-inf"], ["time.step", "-inf"]),
         (["--step", "inf"], ["time.step", "inf"]),
         (["--end", "0"], ["time.end", "is 0"]),
         (["--tol", "-1e-10"], ["solver tolerance", "-0.0000000001"]),

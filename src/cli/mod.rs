@@ -47,16 +47,16 @@ struct RunArguments {
     #[arg(long, value_delimiter = ',')]
     solver: Vec<String>,
     /// Scheme parameter θ in [0, 1].
-    #[arg(long, allow_negative_numbers = true)]
+    #[arg(long, allow_hyphen_values = true)]
     theta: Option<f64>,
     /// Time step h in seconds.
-    #[arg(long, allow_negative_numbers = true)]
+    #[arg(long, allow_hyphen_values = true)]
     step: Option<f64>,
     /// End of the run in seconds.
-    #[arg(long, allow_negative_numbers = true)]
+    #[arg(long, allow_hyphen_values = true)]
     end: Option<f64>,
     /// Tolerance of the solver on the scaled residual.
-    #[arg(long, allow_negative_numbers = true)]
+    #[arg(long, allow_hyphen_values = true)]
     tol: Option<f64>,
     /// Arithmetic of the run.
     #[arg(long, value_parser = ["f64", "f32"])]

@@ -253,6 +253,9 @@ where
         next.momentum.swap(0, 1);
         next.elastic_force.swap(0, 1);
         std::mem::swap(&mut last.contacts, &mut next.contacts);
+        // The two lists take turns: both grow now, or the next contact would find the smaller one.
+        next.contacts.clear();
+        next.contacts.reserve(last.contacts.len());
         (last.energies, last.balance, last.solution) = (energies, balance, solution);
         state.index += 1;
         // By multiplication, so that the clock does not drift over many steps.

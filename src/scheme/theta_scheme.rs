@@ -68,7 +68,6 @@ where
         let factor =
             Factor::new(&iteration_matrix(&system, &settings)).map_err(SetupError::IterationMatrix)?;
 
-        let tolerances = tolerances(&settings.activation, &system, &q, &v)?;
         let n = system.dofs();
         let mut next = Next::new(n);
         system.mass().multiply(&v, &mut next.momentum[0]);
@@ -84,6 +83,7 @@ where
             let (kinetic, elastic) = (to_f64(energies.kinetic), to_f64(energies.elastic));
             return Err(SetupError::Energy { kinetic, elastic });
         }
+        let tolerances = tolerances(&settings.activation, &system, &q, &v)?;
         Ok(Self {
             system,
             laws,

@@ -9,7 +9,7 @@ use nonsmooth::solver::{self, ConeSolver, Stopping};
 use nonsmooth::system::{Body, RigidBodies};
 
 /// A scheme over rigid bodies, the law and the solver chosen by name.
-pub type Scheme<T, const D: usize> =
+pub(crate) type Scheme<T, const D: usize> =
     ThetaScheme<T, D, RigidBodies<T>, Box<dyn ContactLaw<T, D>>, Box<dyn ConeSolver<T, D>>>;
 
 fn law<T: Scalar, const D: usize>(name: &str, restitution: f64, friction: f64) -> Box<dyn ContactLaw<T, D>> {
@@ -23,7 +23,7 @@ fn solver<T: Scalar, const D: usize>(name: &str, tolerance: Option<f64>) -> Box<
 
 /// The impacting stick of Acary & Collins-Craft (2024), section 5.1: l = 1 m, m = 1 kg, e = 1, μ = 0.01 (0 if D = 1),
 /// θ = ½, h = 1e-4 s; it falls on its tip at 0.0603 s and again at 0.163 s.
-pub fn stick<T: Scalar, const D: usize>(law_name: &str, solver_name: &str) -> Scheme<T, D> {
+pub(crate) fn stick<T: Scalar, const D: usize>(law_name: &str, solver_name: &str) -> Scheme<T, D> {
     let mut builder = RigidBodies::<T>::builder();
     let (tip, floor) = (builder.group(), builder.group());
     let body = Body { mass: lit(1.0), inertia: lit(1.0 / 12.0) };
@@ -43,10 +43,11 @@ pub fn stick<T: Scalar, const D: usize>(law_name: &str, solver_name: &str) -> Sc
 }
 
 /// Discs of radius 1 cm and 1 kg in hexagonal rows, `wide` and `wide` − 1 in turn, `high` rows, in a box; they start
-/// a hair apart, fall together (e = 0, μ = 0.3 or 0 if D = 1, θ = 1, h = 1e-3 s) and rest.
-pub fn pile<T: Scalar, const D: usize>(
+/// a hair apart, fall together (e = 0, θ = 1, h = 1e-3 s) and rest.
+pub(crate) fn pile<T: Scalar, const D: usize>(
     wide: usize,
     high: usize,
+    friction: f64,
     solver_name: &str,
     tolerance: Option<f64>,
 ) -> Scheme<T, D> {
@@ -77,7 +78,7 @@ pub fn pile<T: Scalar, const D: usize>(
     builder.gravity([lit(0.0), lit(-10.0)]).expect("valid");
     builder.interface(discs, discs).expect("valid");
     builder.interface(discs, walls).expect("valid");
-    let friction = if D == 1 { 0.0 } else { 0.3 };
+    let friction = if D == 1 { 0.0 } else { friction };
     let laws = vec![law("fremond", 0.0, friction), law("fremond", 0.0, friction)];
     let settings = Settings::new(lit(1.0), lit(1e-3));
     let system = builder.build().expect("bodies");
