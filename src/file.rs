@@ -17,8 +17,12 @@ impl AtomicFile {
     /// Opens a draft in the folder of `path`.
     ///
     /// # Errors
-    /// What the system says, where the folder cannot be written to.
+    /// What the system says, where the folder cannot be written to; a folder in the place of the file.
     pub fn create(path: &Path) -> io::Result<Self> {
+        // Known now, and not when the results are there and nowhere to put them.
+        if path.is_dir() {
+            return Err(io::Error::new(io::ErrorKind::IsADirectory, "a folder is in its place"));
+        }
         let folder = match path.parent() {
             Some(folder) if !folder.as_os_str().is_empty() => folder,
             _ => Path::new("."),

@@ -1,11 +1,27 @@
-//! Nonsmooth contact dynamics.
+//! Nonsmooth contact dynamics: unilateral contact, impact and Coulomb friction, with contact laws and cone solvers
+//! that plug into one step loop.
+//!
+//! The Moreau–Jean θ-scheme ([`scheme::ThetaScheme`]) steps a [`system::MechanicalSystem`] under one
+//! [`laws::ContactLaw`] per interface, and solves the cone problem of each step ([`cone::ConeProblem`]) with a
+//! [`solver::ConeSolver`] chosen at construction. Data flows one way:
+//!
+//! ```text
+//! scene → system → free velocity → contacts, active set → cone problem (W, b, μ) → solver
+//!       → velocity and position update → energy ledger → observers
+//! ```
+//!
+//! Equation numbers are those of V. Acary and N. A. Collins-Craft, "On the Moreau–Jean scheme with the Frémond
+//! impact law. Energy conservation and dissipation properties for elastodynamics with contact impact and friction"
+//! (2024). Local vectors are ordered (N, T1, T2); the normal points from the obstacle to the body.
 
+#[cfg(feature = "collection")]
+pub mod collection;
 pub mod cone;
 pub mod contact;
 pub mod energy;
 #[cfg(feature = "fclib")]
 pub mod fclib;
-#[cfg(any(feature = "outputs", feature = "figures"))]
+#[cfg(any(feature = "outputs", feature = "figures", feature = "fclib"))]
 pub mod file;
 pub mod linalg;
 pub mod observe;
@@ -17,5 +33,12 @@ pub mod scene;
 pub mod scheme;
 pub mod simulate;
 pub mod solver;
+#[cfg(feature = "suite")]
+pub mod suite;
 pub mod system;
 pub use nonsmooth_laws as laws;
+
+/// The README's programs compile and run.
+#[cfg(all(doctest, feature = "suite"))]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -226,6 +226,7 @@ fn bilateral_constraints_are_eliminated() {
         }
     };
     close(global.cone().expect("a regular problem"));
+    let global_solution = global.solution(vec![0.7, -0.2]).expect("a regular problem");
 
     // The same joint in a local problem: W, V, R of the bodies without it.
     let dot = |a: [f64; 3], b: [f64; 3]| (0..3).map(|i| a[i] * b[i] / masses[i]).sum::<f64>();
@@ -242,6 +243,15 @@ fn bilateral_constraints_are_eliminated() {
     };
     let local = Problem { data: Data::Local(local), ..global };
     close(local.cone().expect("a regular problem"));
+
+    // Bodies and joint under a percussion, from both forms; the joint holds.
+    let r = vec![0.7, -0.2];
+    let (a, b) = (global_solution, local.solution(r).expect("a regular problem"));
+    let velocity = a.body_velocities.expect("a global problem has bodies");
+    assert!((velocity[1] - guided).abs() <= 16.0 * f64::EPSILON);
+    for (x, y) in [(&a.velocities, &b.velocities), (&a.multipliers.unwrap(), &b.multipliers.unwrap())] {
+        assert!(x.iter().zip(y).all(|(x, y)| (x - y).abs() <= 64.0 * f64::EPSILON), "{x:?} {y:?}");
+    }
 
     let bytes = fclib::write_bytes(&local, WriteOptions::default()).expect("a file");
     assert_eq!(fclib::read_bytes(bytes).expect("a file of our own"), local);

@@ -13,9 +13,9 @@ fn family<T: Scalar, const D: usize>(name: &str, friction: f64, singular: bool, 
     let (mut solved, mut iterations, mut worst, mut most) = (0, 0, 0.0f64, 0);
     let clock = std::time::Instant::now();
     for seed in 0..count as u64 {
-        let m = 1 + (stream.uniform() * 10.0) as usize;
+        let m = 1 + (stream.uniform() * number("CONTACTS", 10.0)) as usize;
         let freedom = if singular { 1 + (stream.uniform() * (m * D) as f64) as usize } else { m * D + 2 };
-        let recipe = Recipe { seed, contacts: m, freedom, friction, decades: 1.0 };
+        let recipe = Recipe { seed, contacts: m, freedom, friction, decades: number("DECADES", 1.0) };
         let problem = random::<T, D>(&recipe);
         let start = vec![SVector::zeros(); m];
         let mut r = start.clone();
@@ -46,20 +46,27 @@ fn family<T: Scalar, const D: usize>(name: &str, friction: f64, singular: bool, 
 #[test]
 #[ignore = "a measurement: minutes"]
 fn success_rates() {
-    let count = std::env::var("COUNT").ok().and_then(|c| c.parse().ok()).unwrap_or(1000);
+    let count = number("COUNT", 1000.0) as usize;
     let names = std::env::var("SOLVER").unwrap_or_else(|_| "newton".into());
     for name in names.split(',') {
         for singular in [false, true] {
             for friction in frictions() {
+                if std::env::var("F32").is_ok() {
+                    family::<f32, 2>(name, friction, singular, count);
+                    family::<f32, 3>(name, friction, singular, count);
+                    continue;
+                }
                 family::<f64, 1>(name, friction, singular, count);
                 family::<f64, 2>(name, friction, singular, count);
                 family::<f64, 3>(name, friction, singular, count);
-                if std::env::var("F32").is_ok() {
-                    family::<f32, 3>(name, friction, singular, count);
-                }
             }
         }
     }
+}
+
+/// A number of the environment.
+fn number(name: &str, default: f64) -> f64 {
+    std::env::var(name).ok().and_then(|value| value.parse().ok()).unwrap_or(default)
 }
 
 /// The coefficients of friction measured: `FRICTION=2,10` narrows them.

@@ -3,6 +3,7 @@
 //! Exit codes: 0 done; 1 a run or a solve ended before its aim; 2 the input or the output cannot be used;
 //! 130 interrupted.
 
+mod problems;
 mod progress;
 mod report;
 mod run;
@@ -24,6 +25,10 @@ struct Arguments {
 enum Command {
     /// Run a scene: every law with every solver it names, then compare them.
     Run(RunArguments),
+    /// Solve cone problems from FCLIB files, one line each.
+    Solve(problems::SolveArguments),
+    /// Run every solver over a folder of cone problems: table, curves, performance profile.
+    Compare(problems::CompareArguments),
     /// List the contact laws with their parameters.
     Laws,
     /// List the cone solvers and when to choose them.
@@ -74,6 +79,8 @@ const UNUSABLE: u8 = 2;
 pub(super) fn main() -> ExitCode {
     let done = match Arguments::parse().command {
         Command::Run(arguments) => run::run(&arguments),
+        Command::Solve(arguments) => problems::solve(&arguments),
+        Command::Compare(arguments) => problems::compare(&arguments),
         Command::Laws => report::laws(),
         Command::Solvers => report::solvers(),
     };

@@ -94,6 +94,8 @@ impl Session<'_> {
         let folder = self.folder();
         std::fs::create_dir_all(&folder).map_err(|error| ObserveError::new(&folder, error))?;
         let mut tables = CsvFiles::create(&folder, self.scene.output.every.unwrap_or(1))?;
+        let path = folder.join("summary.json");
+        let summary = AtomicFile::create(&path).map_err(|error| ObserveError::new(&path, error))?;
         let mut results = Results::default();
         for (run, mut scheme) in self.runs.iter().zip(schemes) {
             self.one(run, &mut scheme, &shown, &mut tables, &mut results)?;
@@ -102,7 +104,7 @@ impl Session<'_> {
             }
         }
         tables.commit()?;
-        self.write(&folder, &results)?;
+        self.write(&folder, summary, &results)?;
         report::runs(&self.scene.title, &results.summaries)?;
         println!("\nresults in {}", folder.display());
         if let Some(failure) = &results.failure {
@@ -157,12 +159,11 @@ impl Session<'_> {
         self.arguments.out.clone().unwrap_or_else(|| Path::new("out").join(stem))
     }
 
-    fn write(&self, folder: &Path, results: &Results) -> Result<(), Box<dyn Error>> {
+    fn write(&self, folder: &Path, mut file: AtomicFile, results: &Results) -> Result<(), Box<dyn Error>> {
         let summary =
             Summary { title: &self.scene.title, scene: &self.arguments.scene, runs: &results.summaries };
-        let path = folder.join("summary.json");
+        let path = file.path().to_path_buf();
         let write = || -> Result<(), Box<dyn Error>> {
-            let mut file = AtomicFile::create(&path)?;
             serde_json::to_writer_pretty(&mut file, &summary)?;
             file.write_all(b"\n")?;
             Ok(file.commit()?)

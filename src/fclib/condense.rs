@@ -4,40 +4,78 @@
 //! joints); each is factored alone, and only the contacts it touches meet in W. So W has the sparsity of the contact
 //! graph, and a thousand bodies cost a thousand small factorisations.
 
-use faer::prelude::Solve;
-use faer::sparse::{SparseColMat, Triplet};
-use faer::{Mat, MatMut, MatRef};
-use nalgebra::DMatrix;
+use faer::Mat;
 
-use super::problem::{Global, Local};
+use super::parts::{Factor, Parts};
+use super::problem::{Global, Local, LocalBilateral};
 use super::{FclibError, SparseMatrix};
 
 /// Largest number of scalar entries of a condensed W (2²⁶, 1 GiB while it is assembled): beyond, every contact meets
 /// thousands of others through one body, and a solver that keeps M and H is the right one.
 pub const CONDENSED_LIMIT: u64 = 1 << 26;
 
-/// Parts up to this size are factored densely.
-const DENSE_PART: usize = 48;
-
 /// Right-hand sides solved at a time.
 const BATCH: usize = 64;
 
-/// W and b of a global problem.
-///
-/// With G, K = [M, G; Gᵀ, 0] acts on (v, −λ) and H, f are padded with 0 and −b.
-pub(super) fn condense_global(global: &Global) -> Result<(SparseMatrix, Vec<f64>), FclibError> {
+type Entries = Vec<(usize, usize, f64)>;
+
+/// K and f of a global problem: M and f, or with G the matrix [M, G; Gᵀ, 0] of (v, −λ) and (f, −b).
+fn system(global: &Global) -> (Entries, Vec<f64>, &'static str) {
     let n = global.force.len();
-    let mut matrix: Vec<_> = global.mass.entries().collect();
+    let mut matrix: Entries = global.mass.entries().collect();
     let mut force = global.force.clone();
-    let mut name = "M";
-    if let Some(bilateral) = &global.bilateral {
-        name = "[M G; Gᵀ 0]";
-        for (i, j, x) in bilateral.directions.entries() {
-            matrix.push((i, n + j, x));
-            matrix.push((n + j, i, x));
-        }
-        force.extend(bilateral.velocity.iter().map(|b| -b));
+    let Some(bilateral) = &global.bilateral else { return (matrix, force, "M") };
+    for (i, j, x) in bilateral.directions.entries() {
+        matrix.push((i, n + j, x));
+        matrix.push((n + j, i, x));
     }
+    force.extend(bilateral.velocity.iter().map(|b| -b));
+    (matrix, force, "[M G; Gᵀ 0]")
+}
+
+/// Velocities v and multipliers λ of a global problem under the percussions r.
+pub(super) fn bodies(global: &Global, r: &[f64]) -> Result<(Vec<f64>, Vec<f64>), FclibError> {
+    let (matrix, mut force, name) = system(global);
+    let n = global.force.len();
+    global.directions.multiply_add(r, &mut force[..n]);
+    let mut v = solve(&matrix, force, name)?;
+    let multipliers = v.split_off(n).into_iter().map(|x| -x).collect();
+    Ok((v, multipliers))
+}
+
+/// λ = −R⁻¹ (Vᵀ r + s).
+pub(super) fn multipliers(bilateral: &LocalBilateral, r: &[f64]) -> Result<Vec<f64>, FclibError> {
+    let mut rhs = bilateral.velocity.clone();
+    bilateral.directions.multiply_add_transposed(r, &mut rhs);
+    rhs.iter_mut().for_each(|x| *x = -*x);
+    solve(&bilateral.compliance.entries().collect::<Vec<_>>(), rhs, "R")
+}
+
+/// K⁻¹ f, part by part.
+fn solve(
+    matrix: &[(usize, usize, f64)],
+    mut rhs: Vec<f64>,
+    name: &'static str,
+) -> Result<Vec<f64>, FclibError> {
+    let parts = Parts::of(matrix, rhs.len());
+    let mut local = vec![0_usize; rhs.len()];
+    for part in parts.iter() {
+        part.rows.iter().enumerate().for_each(|(k, &i)| local[i] = k);
+        let entries = part.entries.iter().map(|&e| matrix[e]).map(|(i, j, x)| (local[i], local[j], x));
+        let singular = || FclibError::Singular { matrix: name, row: part.rows[0] };
+        let factor = Factor::new(part.rows.len(), entries).ok_or_else(singular)?;
+        let mut x = Mat::from_fn(part.rows.len(), 1, |k, _| rhs[part.rows[k]]);
+        if !factor.solve(x.as_mut()) {
+            return Err(singular());
+        }
+        part.rows.iter().enumerate().for_each(|(k, &i)| rhs[i] = x[(k, 0)]);
+    }
+    Ok(rhs)
+}
+
+/// W and b of a global problem.
+pub(super) fn condense_global(global: &Global) -> Result<(SparseMatrix, Vec<f64>), FclibError> {
+    let (matrix, force, name) = system(global);
     let mut b = global.velocity.clone();
     let w = schur(&matrix, &global.directions, &force, name, &mut b)?;
     Ok((SparseMatrix::from_entries(b.len(), b.len(), &w), b))
@@ -132,124 +170,4 @@ fn schur(
         columns.iter().for_each(|&j| place[j] = usize::MAX);
     }
     Ok(result)
-}
-
-/// The connected parts of the graph of a matrix.
-struct Parts {
-    rows: Vec<usize>,
-    row_starts: Vec<usize>,
-    entries: Vec<usize>,
-    entry_starts: Vec<usize>,
-}
-
-struct Part<'a> {
-    rows: &'a [usize],
-    entries: &'a [usize],
-}
-
-impl Parts {
-    fn of(matrix: &[(usize, usize, f64)], n: usize) -> Self {
-        let mut parent: Vec<usize> = (0..n).collect();
-        fn root(parent: &mut [usize], mut i: usize) -> usize {
-            while parent[i] != i {
-                parent[i] = parent[parent[i]];
-                i = parent[i];
-            }
-            i
-        }
-        for &(i, j, _) in matrix {
-            let (a, b) = (root(&mut parent, i), root(&mut parent, j));
-            // The smaller index leads, so that parts come in the order of their first rows.
-            if a < b { parent[b] = a } else { parent[a] = b }
-        }
-        let mut number = vec![0_usize; n];
-        let mut count = 0;
-        for i in 0..n {
-            match root(&mut parent, i) {
-                leader if leader == i => {
-                    number[i] = count;
-                    count += 1;
-                }
-                leader => number[i] = number[leader],
-            }
-        }
-        let (rows, row_starts) = bucket(count, n, |i| number[i]);
-        let (entries, entry_starts) = bucket(count, matrix.len(), |e| number[matrix[e].0]);
-        Self { rows, row_starts, entries, entry_starts }
-    }
-
-    fn iter(&self) -> impl Iterator<Item = Part<'_>> {
-        self.row_starts.windows(2).zip(self.entry_starts.windows(2)).map(|(rows, entries)| Part {
-            rows: &self.rows[rows[0]..rows[1]],
-            entries: &self.entries[entries[0]..entries[1]],
-        })
-    }
-}
-
-/// The items 0..n sorted by bucket, with the starts of the buckets.
-fn bucket(buckets: usize, n: usize, of: impl Fn(usize) -> usize) -> (Vec<usize>, Vec<usize>) {
-    let mut starts = vec![0_usize; buckets + 1];
-    (0..n).for_each(|i| starts[of(i) + 1] += 1);
-    (0..buckets).for_each(|k| starts[k + 1] += starts[k]);
-    let mut next = starts.clone();
-    let mut items = vec![0_usize; n];
-    for i in 0..n {
-        items[next[of(i)]] = i;
-        next[of(i)] += 1;
-    }
-    (items, starts)
-}
-
-enum Inverse {
-    Dense(nalgebra::LU<f64, nalgebra::Dyn, nalgebra::Dyn>),
-    Sparse(Box<faer::sparse::linalg::solvers::Lu<usize, f64>>),
-}
-
-/// The factored part with its size.
-struct Factor {
-    inverse: Inverse,
-    norm: f64,
-}
-
-impl Factor {
-    fn new(n: usize, entries: impl Iterator<Item = (usize, usize, f64)>) -> Option<Self> {
-        let entries: Vec<_> = entries.collect();
-        let norm = entries.iter().fold(0.0_f64, |norm, &(_, _, x)| norm.max(x.abs()));
-        let inverse = if n <= DENSE_PART {
-            let mut dense = DMatrix::zeros(n, n);
-            entries.iter().for_each(|&(i, j, x)| dense[(i, j)] += x);
-            Inverse::Dense(dense.lu())
-        } else {
-            let entries: Vec<_> = entries.iter().map(|&(row, col, val)| Triplet { row, col, val }).collect();
-            let sparse = SparseColMat::<usize, f64>::try_new_from_triplets(n, n, &entries).ok()?;
-            Inverse::Sparse(Box::new(sparse.sp_lu().ok()?))
-        };
-        Some(Self { inverse, norm })
-    }
-
-    /// Solves in place; false where the matrix is singular to working precision, seen by a solution as large as
-    /// 1/ε times the right-hand side over the largest entry.
-    fn solve(&self, mut x: MatMut<'_, f64>) -> bool {
-        let before = largest(x.as_ref());
-        match &self.inverse {
-            Inverse::Dense(lu) => {
-                for column in 0..x.ncols() {
-                    let mut rhs = DMatrix::from_fn(x.nrows(), 1, |i, _| x[(i, column)]);
-                    if !lu.solve_mut(&mut rhs) {
-                        return false;
-                    }
-                    (0..x.nrows()).for_each(|i| x[(i, column)] = rhs[i]);
-                }
-            }
-            Inverse::Sparse(lu) => lu.solve_in_place(x.as_mut()),
-        }
-        let after = largest(x.as_ref());
-        after.is_finite() && after * self.norm * f64::EPSILON <= before
-    }
-}
-
-/// The largest entry in size, infinite where one is not a number.
-fn largest(x: MatRef<'_, f64>) -> f64 {
-    let size = |x: &f64| if x.is_nan() { f64::INFINITY } else { x.abs() };
-    x.col_iter().flat_map(|column| column.iter()).map(size).fold(0.0, f64::max)
 }

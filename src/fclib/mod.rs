@@ -30,6 +30,7 @@
 
 mod condense;
 mod error;
+mod parts;
 mod problem;
 mod read;
 mod sparse;

@@ -2,7 +2,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::condense::{condense_global, condense_local};
+use super::condense::{bodies, condense_global, condense_local, multipliers};
 use super::{FclibError, SparseMatrix};
 use crate::cone::{BlockMatrix, ConeProblem};
 
@@ -231,6 +231,34 @@ impl Problem {
             }
         }
         Ok(())
+    }
+
+    /// The solution that goes with the percussions r: u, and v and λ where the problem has them.
+    ///
+    /// # Errors
+    /// [`FclibError::Length`] and [`FclibError::NotFinite`] for r; [`FclibError::Singular`].
+    pub fn solution(&self, percussions: Vec<f64>) -> Result<Solution, FclibError> {
+        self.check()?;
+        vector("r", &percussions, self.dimension * self.contacts())?;
+        let r = &percussions;
+        let (velocities, body_velocities, multipliers) = match &self.data {
+            Data::Local(local) => {
+                let mut u = local.velocity.clone();
+                local.delassus.multiply_add(r, &mut u);
+                let lambda = local.bilateral.as_ref().map(|b| multipliers(b, r)).transpose()?;
+                if let (Some(bilateral), Some(lambda)) = (&local.bilateral, &lambda) {
+                    bilateral.directions.multiply_add(lambda, &mut u);
+                }
+                (u, None, lambda)
+            }
+            Data::Global(global) => {
+                let (v, lambda) = bodies(global, r)?;
+                let mut u = global.velocity.clone();
+                global.directions.multiply_add_transposed(&v, &mut u);
+                (u, Some(v), global.bilateral.as_ref().map(|_| lambda))
+            }
+        };
+        Ok(Solution { percussions, velocities, body_velocities, multipliers })
     }
 
     /// A local problem from a cone problem.

@@ -89,6 +89,15 @@ impl SparseMatrix {
         }
     }
 
+    /// y ← y + Aᵀ x.
+    ///
+    /// # Panics
+    /// If `x` or `y` has the wrong length.
+    pub fn multiply_add_transposed(&self, x: &[f64], y: &mut [f64]) {
+        assert_eq!((x.len(), y.len()), (self.rows(), self.columns), "lengths of x and y");
+        self.entries().for_each(|(i, j, a)| y[j] += a * x[i]);
+    }
+
     /// Row starts, column indices and values: compressed rows, 0-based.
     pub(super) fn parts(&self) -> (&[usize], &[u32], &[f64]) {
         (&self.starts, &self.indices, &self.values)
@@ -140,7 +149,7 @@ impl Header {
                     if self.nz == -2 { (self.rows, self.columns) } else { (self.columns, self.rows) };
                 let starts = store.integers(name_p, &[major + 1])?;
                 let used = check_starts(name_p, &starts, self.nzmax)?;
-                let minors = store.integers(name_i, &[self.nzmax, used])?;
+                let minors = store.integers(name_i, &[self.nzmax])?;
                 let minors = check_indices(name_i, &minors[..used], minor)?;
                 store.charge(name_p, 4 * used as u64)?;
                 let majors: Vec<u32> = (0_u32..)
@@ -160,7 +169,7 @@ impl Header {
                 )
             }
         };
-        let values = store.reals(name_x, &[self.nzmax, used])?;
+        let values = store.reals(name_x, &[self.nzmax])?;
         store.charge(&self.path, 16 * used as u64)?;
         let entries: Vec<_> =
             rows.into_iter().zip(columns).zip(values).map(|((i, j), x)| (i, j, x)).collect();

@@ -142,7 +142,7 @@ impl Store {
             let limits =
                 VlenStringReadOptions::new().with_max_elements(1).with_max_payload_bytes(TEXT_LIMIT as usize);
             let text = dataset.read_vlen_strings(limits).map_err(|e| damaged(path, &e))?;
-            return Ok(text.into_iter().next());
+            return Ok(text.into_iter().next().map(|text| text.split('\0').next().unwrap_or("").into()));
         }
         if kind != DType::String {
             return Err(FclibError::Kind { dataset: path.into(), expected: "text", found: kind.to_string() });

@@ -1,5 +1,6 @@
 //! From a problem to a file.
 
+use std::io::Write as _;
 use std::path::Path;
 
 use hdf5_pure::{
@@ -8,6 +9,7 @@ use hdf5_pure::{
 
 use super::read::read_bytes;
 use super::{Data, FclibError, Global, Local, Problem, Solution, SparseMatrix};
+use crate::file::AtomicFile;
 
 /// Shorter datasets are stored as they are: a chunk has its own cost.
 const COMPRESSED_FROM: usize = 512;
@@ -116,35 +118,46 @@ pub fn write_bytes(problem: &Problem, options: WriteOptions) -> Result<Vec<u8>, 
 /// [`FclibError::Io`].
 pub fn write_solution(path: impl AsRef<Path>, solution: &Solution) -> Result<(), FclibError> {
     let path = path.as_ref();
-    let io = |source| FclibError::Io { path: path.into(), source };
-    let mut problem = read_bytes(std::fs::read(path).map_err(io)?)?;
+    let bytes = std::fs::read(path).map_err(|source| FclibError::Io { path: path.into(), source })?;
+    let mut problem = read_bytes(bytes.clone())?;
     let had_one = problem.solution.is_some();
     problem.solution = Some(solution.clone());
     problem.check()?;
 
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let draft = Draft::beside(path, folder)?;
-    std::fs::copy(path, &draft.path).map_err(io)?;
-    let edit = || -> Result<(), hdf5_pure::Error> {
-        let file = File::open_rw(&draft.path)?;
-        if had_one {
-            file.root().delete("solution")?;
-        }
-        let mut writer = Writer { gzip: None, compressed: false };
-        file.root().create_group_with("solution", |group| {
-            for (name, values) in parts(solution) {
-                group.create_dataset(name, |dataset| writer.reals(dataset, values));
-            }
-        })?;
-        file.commit()?;
-        file.close()
-    };
-    edit().map_err(|e| failed("solution", &e))?;
-    if read_bytes(std::fs::read(&draft.path).map_err(io)?)? != problem {
+    let bytes = insert(&bytes, solution, had_one).map_err(|e| failed("solution", &e))?;
+    if read_bytes(bytes.clone())? != problem {
         let message = "the file did not read back as it was written".into();
         return Err(FclibError::Hdf5 { at: "solution".into(), message });
     }
-    draft.publish(path)
+    replace(path, &bytes)
+}
+
+/// The file `bytes` with the group `solution`, edited in a temporary copy.
+fn insert(bytes: &[u8], solution: &Solution, replaces: bool) -> Result<Vec<u8>, hdf5_pure::Error> {
+    let copy = tempfile::NamedTempFile::new()?;
+    std::fs::write(copy.path(), bytes)?;
+    let file = File::open_rw(copy.path())?;
+    if replaces {
+        file.root().delete("solution")?;
+    }
+    let mut writer = Writer { gzip: None, compressed: false };
+    file.root().create_group_with("solution", |group| {
+        for (name, values) in parts(solution) {
+            group.create_dataset(name, |dataset| writer.reals(dataset, values));
+        }
+    })?;
+    file.commit()?;
+    file.close()?;
+    Ok(std::fs::read(copy.path())?)
+}
+
+fn replace(path: &Path, bytes: &[u8]) -> Result<(), FclibError> {
+    let write = || {
+        let mut file = AtomicFile::create(path)?;
+        file.write_all(bytes)?;
+        file.commit()
+    };
+    write().map_err(|source| FclibError::Io { path: path.into(), source })
 }
 
 fn failed(at: &str, error: &hdf5_pure::Error) -> FclibError {
@@ -235,43 +248,4 @@ impl Writer {
             self.reals(group.create_dataset(name), values);
         }
     }
-}
-
-/// A file in the making, removed unless it is published.
-struct Draft {
-    path: std::path::PathBuf,
-}
-
-impl Draft {
-    fn beside(target: &Path, folder: &Path) -> Result<Self, FclibError> {
-        let stem = target.file_name().unwrap_or_default().to_string_lossy();
-        for attempt in 0..100 {
-            let path = folder.join(format!(".{stem}.{}.{attempt}.part", std::process::id()));
-            match std::fs::OpenOptions::new().write(true).create_new(true).open(&path) {
-                Ok(_) => return Ok(Self { path }),
-                Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => {}
-                Err(source) => return Err(FclibError::Io { path, source }),
-            }
-        }
-        let source = std::io::Error::from(std::io::ErrorKind::AlreadyExists);
-        Err(FclibError::Io { path: target.into(), source })
-    }
-
-    fn publish(self, target: &Path) -> Result<(), FclibError> {
-        std::fs::rename(&self.path, target).map_err(|source| FclibError::Io { path: target.into(), source })
-    }
-}
-
-impl Drop for Draft {
-    fn drop(&mut self) {
-        // After a publication there is nothing left to remove.
-        let _ = std::fs::remove_file(&self.path);
-    }
-}
-
-fn replace(path: &Path, bytes: &[u8]) -> Result<(), FclibError> {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let draft = Draft::beside(path, folder)?;
-    std::fs::write(&draft.path, bytes).map_err(|source| FclibError::Io { path: path.into(), source })?;
-    draft.publish(path)
 }

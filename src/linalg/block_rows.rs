@@ -88,8 +88,8 @@ impl<T: Scalar, const D: usize> BlockRows<T, D> {
         self.row(row).for_each(|(j, h)| f[j] += h.dot(p));
     }
 
-    /// The largest column named, with its row; `None` for a matrix without entries.
-    pub fn largest_column(&self) -> Option<usize> {
-        self.columns.iter().copied().max()
+    /// The largest column of block row `row`; `None` for a row without entries.
+    pub fn largest_column(&self, row: usize) -> Option<usize> {
+        self.columns[self.starts[row]..self.starts[row + 1]].iter().copied().max()
     }
 }

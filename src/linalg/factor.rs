@@ -4,7 +4,7 @@ use nalgebra::{Cholesky, DMatrix, DVectorViewMut, Dyn};
 
 use super::Symmetric;
 use super::sparse::SparseCholesky;
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, all_finite};
 
 /// The factors of a positive definite operator, in the storage of the operator.
 #[derive(Debug)]
@@ -41,7 +41,8 @@ impl<T: Scalar> Factor<T> {
     /// [`FactorError::NotPositiveDefinite`] with the pivot that failed.
     pub fn new(operator: &Symmetric<T>) -> Result<Self, FactorError> {
         match operator {
-            Symmetric::Diagonal(d) => match d.iter().position(|&x| !(x > T::zero())) {
+            // An infinite entry has no inverse, and neither has one so small that its reciprocal overflows.
+            Symmetric::Diagonal(d) => match d.iter().position(|&x| !(x > T::zero() && invertible(x))) {
                 Some(pivot) => Err(FactorError::NotPositiveDefinite { pivot }),
                 None => Ok(Self::Diagonal(d.iter().map(|&x| T::one() / x).collect())),
             },
@@ -72,6 +73,10 @@ impl<T: Scalar> Factor<T> {
             Self::Sparse(c) => c.solve_in_place(x),
         }
     }
+}
+
+fn invertible<T: Scalar>(x: T) -> bool {
+    all_finite(&[x, T::one() / x])
 }
 
 /// Size less one of the smallest leading minor that is not positive definite.

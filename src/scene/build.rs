@@ -66,6 +66,7 @@ pub fn build<T: Scalar, const D: usize>(scene: &Scene, run: &Run) -> Result<Plan
     if scene.bodies.is_empty() {
         return Err(SceneError::Empty { what: "body" });
     }
+    check_state(scene)?;
     let (system, laws) = build_system(scene, run)?;
     let defaults = Stopping::default();
     let stopping = Stopping {
@@ -80,6 +81,22 @@ pub fn build<T: Scalar, const D: usize>(scene: &Scene, run: &Run) -> Result<Plan
         v.extend([body.velocity[0], body.velocity[1], body.spin].map(lit::<T>));
     }
     Ok(ThetaScheme::new(system, laws, solver, settings(scene), T::zero(), q, v)?)
+}
+
+/// Checks what only the scene can name: gravity and the initial state.
+fn check_state(scene: &Scene) -> Result<(), SceneError> {
+    let check = |what: &dyn Fn() -> String, values: &[f64]| match values.iter().find(|x| !x.is_finite()) {
+        Some(&value) => Err(SceneError::OutOfRange { what: what(), value, range: "finite" }),
+        None => Ok(()),
+    };
+    check(&|| "gravity".into(), &scene.gravity)?;
+    for body in &scene.bodies {
+        check(&|| format!("position of `{}`", body.name), &body.position)?;
+        check(&|| format!("angle of `{}`", body.name), &[body.angle])?;
+        check(&|| format!("velocity of `{}`", body.name), &body.velocity)?;
+        check(&|| format!("spin of `{}`", body.name), &[body.spin])?;
+    }
+    Ok(())
 }
 
 fn settings<T: Scalar>(scene: &Scene) -> Settings<T> {

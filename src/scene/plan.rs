@@ -69,6 +69,16 @@ impl Scene {
         for name in &self.solvers {
             solver::describe(name)?;
         }
+        for names in [&self.laws, &self.solvers] {
+            // A run is known by its law and its solver: twice the same would overwrite its own results.
+            if let Some((_, name)) = names.iter().enumerate().find(|(i, name)| names[..*i].contains(name)) {
+                return Err(SceneError::DuplicateName { name: name.clone() });
+            }
+        }
+        if self.output.every == Some(0) {
+            let what = "output.every".into();
+            return Err(SceneError::OutOfRange { what, value: 0.0, range: "at least 1" });
+        }
         let steps = self.steps()?;
         let with_solvers =
             |law: &String| self.solvers.iter().map(|s| (law.clone(), s.clone())).collect::<Vec<_>>();

@@ -43,23 +43,25 @@ pub enum SetupError {
         /// The value refused.
         value: f64,
     },
-    /// The initial state has the wrong size or is not finite.
-    #[error("{what}: {given} components for {expected} degrees of freedom")]
-    StateSize {
-        /// q or v.
+    /// A vector or an operator of the system has the wrong size.
+    #[error("{what}: size {given} for {expected} degrees of freedom")]
+    Size {
+        /// `mass`, `damping`, `stiffness`, `force`, `q` or `v`.
         what: &'static str,
         /// Degrees of freedom of the system.
         expected: usize,
         /// Components given.
         given: usize,
     },
-    /// A component of the initial state, or of the force at the initial time, is NaN or infinite.
-    #[error("{what}[{component}] is not finite")]
+    /// A component of the initial state is NaN or infinite.
+    #[error("{what}[{component}] is {value}, it must be finite")]
     NotFinite {
-        /// Which vector.
+        /// `q` or `v`.
         what: &'static str,
         /// Component.
         component: usize,
+        /// The value refused.
+        value: f64,
     },
     /// The number of laws is not the number of interfaces.
     #[error("the system has {interfaces} interfaces, {laws} laws were given")]
@@ -80,6 +82,14 @@ pub enum SetupError {
         value: f64,
         /// θ.
         theta: f64,
+    },
+    /// The energy of the initial state overflows.
+    #[error("the energy of the initial state is not finite (kinetic {kinetic} J, elastic {elastic} J)")]
+    Energy {
+        /// Kinetic energy (J).
+        kinetic: f64,
+        /// Elastic energy (J).
+        elastic: f64,
     },
     /// M is not positive definite.
     #[error("mass: {0}")]
@@ -106,6 +116,22 @@ pub enum StepError {
         contact: String,
         /// `gap` or `Jacobian`.
         what: &'static str,
+    },
+    /// A system names a degree of freedom or an interface it does not have.
+    #[error("step {step}, t = {time} s: contact {contact} names {what} {index}, the system has {count}")]
+    Unknown {
+        /// Number of the step.
+        step: usize,
+        /// Time at its end.
+        time: f64,
+        /// Label of the contact.
+        contact: String,
+        /// `degree of freedom` or `interface`.
+        what: &'static str,
+        /// The index named.
+        index: usize,
+        /// How many there are.
+        count: usize,
     },
     /// A law gave an evaluation point that is not finite, or γ ≤ 0.
     #[error(
@@ -137,16 +163,30 @@ pub enum StepError {
         /// What the solver says, with the best residual.
         source: SolveError,
     },
-    /// A force or the new state overflowed.
-    #[error("step {step}, t = {time} s: {what}[{component}] is not finite")]
+    /// The energy overflowed.
+    #[error(
+        "step {step}, t = {time} s: the energy or its balance is not finite (kinetic energy {kinetic} J)"
+    )]
+    Energy {
+        /// Number of the step.
+        step: usize,
+        /// Time at its end.
+        time: f64,
+        /// Kinetic energy (J).
+        kinetic: f64,
+    },
+    /// A force or the new state is NaN or infinite.
+    #[error("step {step}, t = {time} s: {what}[{component}] is {value}, it must be finite")]
     State {
         /// Number of the step.
         step: usize,
         /// Time at its end.
         time: f64,
-        /// Which vector.
+        /// `F` (the forces F_{k+θ}), `v` or `q`.
         what: &'static str,
         /// Component.
         component: usize,
+        /// Its value.
+        value: f64,
     },
 }

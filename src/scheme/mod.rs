@@ -3,8 +3,13 @@
 mod activation;
 mod delassus;
 mod error;
+mod record;
+mod setup;
+mod step;
 mod theta_scheme;
 
 pub use activation::{Activation, ActivationRule};
 pub use error::{SetupError, StepError};
-pub use theta_scheme::{ContactStep, Settings, State, Step, ThetaScheme};
+pub use record::{ContactStep, State, Step};
+pub use setup::Settings;
+pub use theta_scheme::ThetaScheme;

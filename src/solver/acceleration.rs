@@ -1,4 +1,4 @@
-//! Anderson acceleration of a fixed point x = g(x).
+//! Anderson acceleration of a fixed point x = g(x) of plain numbers, which lie on no cone.
 
 use nalgebra::ComplexField;
 
@@ -113,5 +113,38 @@ impl<T: Scalar> Anderson<T> {
             gamma[i] = sum / gram[i * n + i];
         }
         gamma.iter().fold(T::zero(), |sum, &g| sum + ComplexField::abs(g)) <= lit(1e4)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// On a linear map of n unknowns with enough memory the method is GMRES and ends in n + 1 evaluations.
+    #[test]
+    fn a_linear_fixed_point_is_found_in_as_many_steps_as_unknowns() {
+        let slopes = [0.9, -0.5, 0.3, 0.99];
+        let mut x = [1.0, 2.0, -1.0, 0.5];
+        let mut anderson = Anderson::new(4);
+        for _ in 0..slopes.len() + 2 {
+            let g: Vec<f64> = x.iter().zip(slopes).map(|(x, slope)| slope * x + 1.0).collect();
+            anderson.advance(&mut x, &g);
+        }
+        for (x, slope) in x.iter().zip(slopes) {
+            let fixed = 1.0 / (1.0 - slope);
+            // The Tikhonov term leaves 1e-12 of the Gram matrix, whose condition is that of the slopes.
+            assert!((x - fixed).abs() <= 1e-5 * fixed, "{x} {fixed}");
+        }
+    }
+
+    #[test]
+    fn no_memory_is_the_plain_iteration() {
+        let mut x = [1.0];
+        let mut anderson = Anderson::new(0);
+        for _ in 0..3 {
+            let g = [0.5 * x[0]];
+            anderson.advance(&mut x, &g);
+        }
+        assert_eq!(x, [0.125]);
     }
 }

@@ -165,3 +165,70 @@ fn cone_projection<T: Scalar, const D: usize>(y: &SVector<T, D>, friction: T) ->
     }
     Some(jacobian)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cone::project;
+    use proptest::prelude::*;
+
+    /// The derivative against central differences, where the two sides of the point agree (away from the kinks).
+    fn check<const D: usize>(formulation: Formulation, entries: &[f64], friction: f64) {
+        let r = SVector::<f64, D>::from_column_slice(&entries[..D]);
+        let w = SVector::<f64, D>::from_column_slice(&entries[D..2 * D]);
+        let linear = linearise(formulation, &r, &w, friction);
+        assert_eq!(linear.f, value(formulation, &r, &w, friction));
+        let step = 1e-6;
+        for d in 0..D {
+            let e = SVector::<f64, D>::from_fn(|i, _| if i == d { step } else { 0.0 });
+            for (column, at) in [
+                (linear.by_percussion.column(d), [(r + e, w), (r - e, w)]),
+                (linear.by_velocity.column(d), [(r, w + e), (r, w - e)]),
+            ] {
+                let [up, down] = at.map(|(r, w)| linearise(formulation, &r, &w, friction));
+                // A kink between the two sides changes the derivative by more than the curvature, 1/‖w_T‖ or
+                // 1/‖z_T‖ ≤ 1e2 here, can over the step.
+                if (up.by_velocity - down.by_velocity).norm() > 1e3 * step * (1.0 + friction) {
+                    continue;
+                }
+                let difference = (up.f - down.f) / (2.0 * step);
+                // Round-off ε‖r‖/step and curvature² step².
+                assert!(
+                    (difference - column).norm() <= 1e-7 * (1.0 + friction),
+                    "{formulation:?} {difference} {column}"
+                );
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn derivatives_are_those_of_the_value(
+            entries in proptest::collection::vec(-2.0..2.0f64, 6),
+            friction in prop_oneof![Just(0.0), 0.05..3.0f64],
+        ) {
+            for formulation in [Formulation::AlartCurnier, Formulation::NaturalMap] {
+                check::<1>(formulation, &entries, friction);
+                check::<2>(formulation, &entries, friction);
+                check::<3>(formulation, &entries, friction);
+            }
+        }
+
+        /// r ∈ K, Φ(w) = (r' − r)-like pairs: with y = r − Φ(w), r = proj_K(y) solves, and both maps vanish there.
+        #[test]
+        fn both_maps_vanish_on_solutions(
+            entries in proptest::collection::vec(-2.0..2.0f64, 3),
+            friction in 0.05..3.0f64,
+        ) {
+            let y = SVector::<f64, 3>::from_column_slice(&entries);
+            let r = project(&y, friction);
+            // u = r − y ∈ K*, u ⟂ r; w = u − μ‖u_T‖ e_N has Φ(w) = u.
+            let mut w = r - y;
+            w[0] -= friction * tangential_norm(&w);
+            for formulation in [Formulation::AlartCurnier, Formulation::NaturalMap] {
+                // Both are a few operations on numbers of size 10.
+                prop_assert!(value(formulation, &r, &w, friction).norm() <= 1e-13 * (1.0 + friction * friction));
+            }
+        }
+    }
+}

@@ -47,8 +47,8 @@ const UNDECIDED: f64 = 1e-7;
 /// ```
 ///
 /// with b̄_α = β λ_max(W_αα)^{1/2}, β the mean size of the scaled b. A positive margin makes a solution exist
-/// (Klarbring & Pang 1998, doi:10.1137/S1052623497327775); a negative one comes with the direction d ∈ K, Wᵀ d = 0,
-/// d·b < 0 that proves it. Both are verified in the arithmetic of T before they are returned.
+/// (Acary, Cadoux, Lemaréchal & Malick 2011, doi:10.1002/zamm.201000073); a negative one comes with the direction
+/// d ∈ K, Wᵀ d = 0, d·b < 0 that proves it. Both are verified in the arithmetic of T before they are returned.
 ///
 /// # Errors
 /// [`ProblemError`] where the data are not a cone problem.

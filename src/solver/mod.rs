@@ -5,8 +5,8 @@
 //! [`ConeSolver::solve`], which checks the data, measures the residual of the result on the problem and calls a
 //! missed tolerance an error.
 
-#[cfg(feature = "clarabel")]
 mod acceleration;
+mod admm;
 mod anderson;
 mod complementarity;
 #[cfg(feature = "clarabel")]
@@ -14,6 +14,7 @@ mod conic_program;
 mod control;
 #[cfg(feature = "clarabel")]
 mod convex_fixed_point;
+mod extragradient;
 #[cfg(feature = "clarabel")]
 mod feasibility;
 mod gauss_seidel;
@@ -25,6 +26,7 @@ mod proximal_newton;
 mod registry;
 mod scaling;
 mod semismooth_newton;
+mod watchdog;
 
 use std::fmt::Debug;
 
@@ -33,10 +35,12 @@ use nalgebra::SVector;
 use crate::cone::{ConeProblem, ProblemError, Residual};
 use crate::scalar::{Scalar, all_finite, epsilon, lit, to_f64};
 
+pub use admm::{Admm, AdmmSettings};
 pub use complementarity::Formulation;
 pub use control::{Control, Progress, Stopping, StoppingError};
 #[cfg(feature = "clarabel")]
 pub use convex_fixed_point::{ConvexFixedPoint, ConvexFixedPointSettings, Polish};
+pub use extragradient::{Extragradient, ExtragradientSettings, Projections};
 #[cfg(feature = "clarabel")]
 pub use feasibility::{Feasibility, feasibility};
 pub use hybrid::{Hybrid, HybridSettings};

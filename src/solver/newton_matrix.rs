@@ -280,3 +280,83 @@ impl Graph {
         Self { starts, rows, blocks }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::DMatrix;
+    use proptest::prelude::*;
+
+    /// A band of blocks wide enough to be sparse, and the same matrix with every block stored, which is dense.
+    fn pair(contacts: usize, values: &[f64]) -> [BlockMatrix<f64, 2>; 2] {
+        let entry = |i: usize, j: usize| {
+            let near = i.abs_diff(j) <= 1;
+            SMatrix::<f64, 2, 2>::from_fn(|r, c| {
+                let diagonal = if (i, r) == (j, c) { 6.0 } else { 0.0 };
+                if near { diagonal + values[(7 * i + 3 * j + 2 * r + c) % values.len()] } else { 0.0 }
+            })
+        };
+        let mut band = BlockMatrix::new();
+        for i in 0..contacts {
+            band.start_row();
+            (0..contacts).filter(|j| i.abs_diff(*j) <= 1).for_each(|j| band.push(j, entry(i, j)));
+        }
+        [band, BlockMatrix::from_fn(contacts, entry)]
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(32))]
+
+        #[test]
+        fn sparse_and_dense_systems_have_the_solution(
+            contacts in 60usize..80,
+            values in proptest::collection::vec(-1.0..1.0f64, 53),
+        ) {
+            let row = |i: usize| (i % 3 != 1).then(|| {
+                (SMatrix::<f64, 2, 2>::identity() * (1.0 + (i % 5) as f64), SMatrix::identity())
+            });
+            let rhs: Vec<_> = (0..contacts).map(|i| SVector::<f64, 2>::new(values[i % 53], 1.0)).collect();
+            let mut solutions = Vec::new();
+            for (w, dense) in pair(contacts, &values).iter().zip([false, true]) {
+                let mut matrix = NewtonMatrix::default();
+                // Twice, so that the kept ordering is used too.
+                for _ in 0..2 {
+                    prop_assert!(matrix.analyse(w).is_ok());
+                    prop_assert_eq!(matrix.dense, dense);
+                    prop_assert_eq!(matrix.factor(w, row), Ok(()));
+                }
+                let mut x = rhs.clone();
+                prop_assert_eq!(matrix.solve(&mut x), Ok(()));
+                for (i, b) in rhs.iter().enumerate() {
+                    let Some((left, diagonal)) = row(i) else {
+                        prop_assert_eq!(x[i], *b);
+                        continue;
+                    };
+                    let kept = w.row(i).filter(|(j, _)| row(*j).is_some());
+                    let product = kept.fold(diagonal * x[i], |sum, (j, block)| sum + left * block * x[j]);
+                    // The matrix is diagonally dominant, condition ≤ 100.
+                    prop_assert!((product - b).norm() <= 1e-12 * (1.0 + b.norm()));
+                }
+                solutions.push(DMatrix::from_fn(contacts, 2, |i, d| x[i][d]));
+            }
+            prop_assert!((&solutions[0] - &solutions[1]).norm() <= 1e-12 * solutions[0].norm());
+        }
+    }
+
+    #[test]
+    fn a_matrix_that_is_not_finite_is_refused() {
+        let w = BlockMatrix::from_fn(2, |_, _| SMatrix::<f64, 1, 1>::new(f64::NAN));
+        let mut matrix = NewtonMatrix::default();
+        assert_eq!(matrix.analyse(&w), Ok(()));
+        assert!(matrix.factor(&w, |_| Some((SMatrix::identity(), SMatrix::identity()))).is_err());
+    }
+
+    #[test]
+    fn a_singular_matrix_is_an_error() {
+        let w = BlockMatrix::from_fn(2, |_, _| SMatrix::<f64, 1, 1>::new(1.0));
+        let mut matrix = NewtonMatrix::default();
+        assert_eq!(matrix.analyse(&w), Ok(()));
+        assert_eq!(matrix.factor(&w, |_| Some((SMatrix::identity(), SMatrix::zeros()))), Ok(()));
+        assert!(matrix.solve(&mut [SVector::<f64, 1>::new(1.0), SVector::<f64, 1>::new(2.0)]).is_err());
+    }
+}

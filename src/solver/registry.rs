@@ -2,7 +2,8 @@
 
 #[cfg(feature = "clarabel")]
 use super::convex_fixed_point;
-use super::{ConeSolver, Stopping, StoppingError, hybrid, nsgs, proximal_newton, semismooth_newton};
+use super::{ConeSolver, Stopping, StoppingError};
+use super::{admm, extragradient, hybrid, nsgs, proximal_newton, semismooth_newton};
 use crate::scalar::Scalar;
 
 /// A solver as the registry lists it.
@@ -76,6 +77,8 @@ register! {
     #[cfg(feature = "clarabel")]
     convex_fixed_point::ConvexFixedPoint,
     proximal_newton::ProximalNewton,
+    admm::Admm,
+    extragradient::Extragradient,
 }
 
 /// The registry's entry for a solver.

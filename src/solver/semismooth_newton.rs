@@ -5,6 +5,7 @@ use nalgebra::{ComplexField, SVector};
 use super::complementarity::{Formulation, Linearised, linearise, value};
 use super::newton_matrix::NewtonMatrix;
 use super::scaling::Scaled;
+use super::watchdog::Watchdog;
 use super::{Breakdown, ConeSolver, Control, Description, Family, Stopping};
 use crate::cone::{ConeProblem, de_saxce, project};
 use crate::scalar::{Scalar, epsilon, lit};
@@ -145,42 +146,33 @@ impl<T: Scalar, const D: usize> SemismoothNewton<T, D> {
         self.matrix.solve(&mut self.step)
     }
 
-    /// Newton from `self.r` until ‖F‖² ≤ `target`, with a watchdog: up to 6 full steps may raise ‖F‖² (a fall
-    /// below 0.9 of the reference starts the count again), then back to the reference for 2 steps of a line search
-    /// that compares with the worst of the last 4 merits.
+    /// Newton from `self.r` until ‖F‖² ≤ `target` or `most` steps, on the leash of the [`Watchdog`].
     fn phase(
         &mut self,
         formulation: Formulation,
-        a: T,
-        damping: T,
+        (a, damping): (T, T),
         (target, most): (T, usize),
         problem: &ConeProblem<T, D>,
         control: &mut Control<'_, T>,
     ) -> End {
         let budget = control.max_iterations(DEFAULT_STEPS);
         let (mut merit, mut residual) = self.merit(&self.r, formulation, a);
-        let (start, mut reference) = (merit, merit);
-        let mut history = [merit; 4];
-        let (mut free, mut searched, mut short) = (0, 0, 0);
+        // Where a phase ends without reaching its target, this much of ‖F‖ (3 %) is still worth the name.
+        let enough = merit * lit::<T>(9e-4);
+        let unfinished = |merit: T, step| if merit <= enough { End::Success(step) } else { End::Stagnation };
+        let mut watchdog = Watchdog::new(merit);
         self.reference.clone_from(&self.r);
-        for step in 0..=most {
+        for step in 0..most {
             self.keep(residual);
-            if self.finished(problem, control) {
+            if self.finished(problem, control) || self.steps >= budget {
                 return End::Over;
             }
-            if merit <= target || (step == most && merit <= start * lit::<T>(9e-4)) {
+            if merit <= target {
                 return End::Success(step);
             }
-            if step == most {
-                return End::Stagnation;
-            }
-            if self.steps >= budget {
-                return End::Over;
-            }
-            if free == FREE_STEPS && searched == 0 {
+            if let Some(reference) = watchdog.back() {
                 self.r.clone_from(&self.reference);
                 merit = reference;
-                history = [merit; 4];
             }
             self.steps += 1;
             let computed = self.newton_step(formulation, a, damping).is_ok();
@@ -193,34 +185,26 @@ impl<T: Scalar, const D: usize> SemismoothNewton<T, D> {
             let (now, mut length) = (merit, T::one());
             self.advance(length);
             (merit, residual) = self.merit(&self.trial, formulation, a);
-            if free < FREE_STEPS && merit.is_finite() {
-                free += 1;
-            } else {
-                let worst = history.iter().fold(T::zero(), |worst: T, &h| worst.max(h));
+            if !watchdog.trusts(merit) {
                 for _ in 0..12 {
-                    // Written so that a NaN is halved.
-                    if merit <= worst - lit::<T>(2e-4) * length * now {
+                    if watchdog.accepts(merit, length, now) {
                         break;
                     }
                     length *= lit::<T>(0.5);
                     self.advance(length);
                     (merit, residual) = self.merit(&self.trial, formulation, a);
                 }
-                short = if length < lit::<T>(0.1) { short + 1 } else { 0 };
-                if short >= 3 || !merit.is_finite() {
-                    return End::Stagnation;
+                if watchdog.searched(length, merit) {
+                    return unfinished(merit, step + 1);
                 }
-                (free, searched) = (FREE_STEPS, searched + 1);
             }
             std::mem::swap(&mut self.r, &mut self.trial);
-            history.rotate_left(1);
-            history[3] = merit;
-            if merit <= reference * lit::<T>(0.9) || searched == 2 {
-                (reference, free, searched) = (merit, 0, 0);
+            if watchdog.stands(merit) {
                 self.reference.clone_from(&self.r);
             }
         }
-        End::Stagnation
+        self.keep(residual);
+        if self.finished(problem, control) { End::Over } else { unfinished(merit, most) }
     }
 
     fn advance(&mut self, length: T) {
@@ -252,7 +236,7 @@ impl<T: Scalar, const D: usize> SemismoothNewton<T, D> {
         while failures < 20 && self.steps - first < most {
             self.center.clone_from(&self.r);
             let natural = self.merit(&self.r, Formulation::NaturalMap, T::zero()).0;
-            let end = self.phase(formulation, a, a, (natural * lit::<T>(1e-6), 20), problem, control);
+            let end = self.phase(formulation, (a, a), (natural * lit::<T>(1e-6), 20), problem, control);
             let gentle = self.steps - first > 120;
             match end {
                 End::Over => return End::Over,
@@ -322,8 +306,6 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 const DEFAULT_STEPS: usize = 4_000;
 /// Newton steps of the first proximal attempt before another start is tried, and of the later ones.
 const ATTEMPT_STEPS: [usize; 2] = [600, 100];
-/// Full steps the watchdog lets pass.
-const FREE_STEPS: usize = 6;
 
 impl<T: Scalar, const D: usize> Family<T> for SemismoothNewton<T, D> {
     const DESCRIPTION: Description = Description {
@@ -369,7 +351,7 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for SemismoothNewton<T, D> {
         for attempt in 0.. {
             let direct = (T::zero(), self.settings.direct_steps);
             if self.settings.direct_steps > 0 {
-                end = self.phase(formulation, T::zero(), damping, direct, problem, control);
+                end = self.phase(formulation, (T::zero(), damping), direct, problem, control);
             }
             if end == End::Over || !self.settings.fallback || self.steps >= budget {
                 break;
@@ -377,7 +359,9 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for SemismoothNewton<T, D> {
             if attempt == 0 {
                 self.r.clone_from(&self.best);
             }
-            let first = (self.settings.proximal_weight, ATTEMPT_STEPS[attempt.min(1)]);
+            let most =
+                if attempt == 0 { ATTEMPT_STEPS[0].max(10 * problem.contacts()) } else { ATTEMPT_STEPS[1] };
+            let first = (self.settings.proximal_weight, most);
             end = self.proximal(formulation, first, problem, control);
             if end == End::Over || attempt >= MOST_ATTEMPTS {
                 break;

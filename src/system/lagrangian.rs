@@ -86,7 +86,7 @@ impl<T: Scalar, const D: usize> Lagrangian<T, D> {
     #[must_use]
     pub fn with_contact(mut self, interface: usize, gap: SmoothGap<T, D>) -> Self {
         self.contacts.push((interface, gap));
-        self.interfaces = self.interfaces.max(interface + 1);
+        self.interfaces = self.interfaces.max(interface.saturating_add(1));
         self
     }
 

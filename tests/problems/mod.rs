@@ -183,7 +183,7 @@ pub(crate) fn twice(contacts: usize) -> Vec<usize> {
 
 /// A permutation without fixed points for 10 contacts: k → 3k + 5 modulo the number, which 3 does not divide.
 pub(crate) fn shuffled(contacts: usize) -> Vec<usize> {
-    assert!(contacts % 3 != 0, "3k + 5 permutes only where 3 does not divide");
+    assert!(!contacts.is_multiple_of(3), "3k + 5 permutes only where 3 does not divide");
     (0..contacts).map(|k| (3 * k + 5) % contacts).collect()
 }
 

@@ -43,8 +43,8 @@ pub(crate) struct Recipe {
 }
 
 /// The problem of a recipe. The velocity e₀ = (1, 0, …) opens every contact without slip (H_N e₀ = 1, H_T e₀ = 0),
-/// so that H v + δ ∈ int K* for some v whatever δ, which makes a solution exist (Klarbring & Pang 1998,
-/// doi:10.1137/S1052623497327775); b is random and b_N of every contact leans towards impact.
+/// so that H v + δ ∈ int K* for some v whatever δ, which makes a solution exist (Acary, Cadoux, Lemaréchal & Malick
+/// 2011, doi:10.1002/zamm.201000073); b is random and b_N of every contact leans towards impact.
 pub(crate) fn random<T: Scalar, const D: usize>(recipe: &Recipe) -> ConeProblem<T, D> {
     let Recipe { seed, contacts: m, freedom: n, friction, decades } = *recipe;
     let mut stream = Stream(seed);
@@ -63,9 +63,13 @@ pub(crate) fn random<T: Scalar, const D: usize>(recipe: &Recipe) -> ConeProblem<
     let w = DMatrix::from_fn(m * D, m * D, |i, j| {
         lit::<T>((0..n).map(|c| h[(i, c)] * inverse_mass[c] * h[(j, c)]).sum())
     });
-    let blocks = BlockMatrix::from_fn(m, |i, j| SMatrix::from_fn(|r, c| w[(i * D + r, j * D + c)]));
-    let b = (0..m)
-        .map(|_| SVector::from_fn(|d, _| lit::<T>(stream.normal() - if d == 0 { 0.5 } else { 0.0 })))
-        .collect();
-    ConeProblem::new(blocks, b, vec![lit(friction); m]).expect("H M⁻¹ Hᵀ is symmetric semidefinite")
+    let mut problem = ConeProblem::default();
+    let (delassus, b, mu) = problem.parts_mut();
+    *delassus = BlockMatrix::from_fn(m, |i, j| SMatrix::from_fn(|r, c| w[(i * D + r, j * D + c)]));
+    let lean = |d| if d == 0 { 0.5 } else { 0.0 };
+    b.extend((0..m).map(|_| SVector::from_fn(|d, _| lit::<T>(stream.normal() - lean(d)))));
+    mu.resize(m, lit(friction));
+    // Symmetric semidefinite by construction, whatever an eigenvalue routine makes of it in single precision.
+    problem.check().expect("H M⁻¹ Hᵀ has a positive diagonal");
+    problem
 }

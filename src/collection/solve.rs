@@ -1,0 +1,364 @@
+//! `nonsmooth solve`: every file, one line.
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use cpu_time::ProcessTime;
+use nalgebra::SVector;
+use serde::Serialize;
+
+use super::{CollectionError, problem_name};
+use crate::cone::{ConeProblem, Residual};
+use crate::fclib::{self, Cone, FclibError};
+use crate::solver::{self, Progress, SolveError, Stopping};
+
+/// A percussion within this relative distance of the boundary of its cone slides. Percussions of redundant contacts are
+/// known to fewer digits than the velocities the tolerance speaks of.
+pub const STATUS_TOLERANCE: f64 = 1e-6;
+
+/// What `solve` is asked for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SolveOptions {
+    /// Name of the solver. Default [`solver::DEFAULT`].
+    pub solver: String,
+    /// Tolerance on the scaled residual (dimensionless). Default 1e-10.
+    pub tolerance: f64,
+    /// Largest wall time of one problem in seconds; default none.
+    pub max_seconds: Option<f64>,
+    /// Whether solutions are put into the files of their problems. Default no.
+    pub write_solution: bool,
+}
+
+impl Default for SolveOptions {
+    fn default() -> Self {
+        Self { solver: solver::DEFAULT.into(), tolerance: 1e-10, max_seconds: None, write_solution: false }
+    }
+}
+
+/// Number of contacts in each status.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct Statuses {
+    /// Contacts without percussion.
+    pub take_off: usize,
+    /// Contacts strictly inside their cone.
+    pub stick: usize,
+    /// Contacts on the boundary of their cone, to [`STATUS_TOLERANCE`].
+    pub slide: usize,
+}
+
+/// Whether a problem that was not solved had a solution to find.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Some r brings W r + b into the interior of K*: a solution exists.
+    Feasible,
+    /// A direction separates: no r brings W r + b into K*.
+    Infeasible,
+    /// The second-order cone program did not decide.
+    Undecided,
+}
+
+/// The feasibility certificate of a problem that was not solved.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Certificate {
+    /// What the certificate says.
+    pub verdict: Verdict,
+    /// The largest t with W r + b − t b̄ e_N ∈ K* (dimensionless); not a number where there is none.
+    pub margin: f64,
+    /// The separating direction d ∈ K, Wᵀ d = 0, d·b < 0, of an infeasible problem.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub direction: Option<Vec<f64>>,
+}
+
+/// What came of one problem.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SolveReport {
+    /// Name of the file without its ending.
+    pub problem: String,
+    /// Number of contacts.
+    pub contacts: usize,
+    /// Dimension of a contact.
+    pub dimension: usize,
+    /// Name of the solver.
+    pub solver: String,
+    /// Whether the scaled residual is within the tolerance.
+    pub converged: bool,
+    /// Iterations, in the unit of the solver.
+    pub iterations: usize,
+    /// Natural-map residual of the percussions, measured on the problem.
+    pub residual: f64,
+    /// Scaled residual of the percussions, measured on the problem.
+    pub scaled_residual: f64,
+    /// CPU time of the solve (s), reading the file not included.
+    pub cpu_seconds: f64,
+    /// What the contacts do.
+    pub status: Statuses,
+    /// Why the solver stopped, where it did not converge and it was not the budget.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// Whether there was a solution to find, where the solver did not converge.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub certificate: Option<Certificate>,
+}
+
+/// What came of all files.
+#[derive(Debug, Default)]
+pub struct Solved {
+    /// Problems that were tried, in the order of the files.
+    pub reports: Vec<SolveReport>,
+    /// Files that hold no problem, or whose solution could not be written.
+    pub failures: Vec<(PathBuf, CollectionError)>,
+}
+
+impl Solved {
+    /// 0 where every problem was solved, 1 where a solver did not converge, 2 where a file could not be used.
+    pub fn exit_code(&self) -> u8 {
+        match (self.failures.is_empty(), self.reports.iter().all(|report| report.converged)) {
+            (false, _) => 2,
+            (true, false) => 1,
+            (true, true) => 0,
+        }
+    }
+}
+
+/// Solves every file and writes one line for each, as text or (`json`) as one JSON object.
+///
+/// A file that cannot be used is one line as well, with its error, and does not keep the others from being solved.
+///
+/// # Errors
+/// [`CollectionError::Solver`] before the first file, [`CollectionError::Io`] where `out` fails.
+pub fn solve_files(
+    files: &[PathBuf],
+    options: &SolveOptions,
+    json: bool,
+    out: &mut dyn Write,
+) -> Result<Solved, CollectionError> {
+    check(options)?;
+    let mut solved = Solved::default();
+    let to_out = |source| CollectionError::Io { path: "output".into(), source };
+    let width = files.iter().map(|f| problem_name(f).chars().count()).max().unwrap_or(0).max(7);
+    if !json && !files.is_empty() {
+        heading(out, width).map_err(to_out)?;
+    }
+    for file in files {
+        match solve_file(file, options) {
+            Ok(report) => {
+                if json {
+                    json_line(out, &report).map_err(to_out)?;
+                } else {
+                    text_line(out, &report, width).map_err(to_out)?;
+                }
+                solved.reports.push(report);
+            }
+            Err(error) => {
+                if json {
+                    let (problem, error) = (problem_name(file), error.to_string());
+                    json_line(out, &serde_json::json!({ "problem": problem, "error": error }))
+                        .map_err(to_out)?;
+                } else {
+                    writeln!(out, "{error}").map_err(to_out)?;
+                }
+                solved.failures.push((file.clone(), error));
+            }
+        }
+    }
+    out.flush().map_err(to_out)?;
+    Ok(solved)
+}
+
+/// Reads a file, solves its problem from r = 0, and puts the solution into the file where that is asked for and found.
+///
+/// The solver converges on the scaled residual. Where the natural-map residual is then still above the tolerance it goes
+/// on, for a few tries, from where it stands; that one depends on units, so it decides nothing.
+///
+/// # Errors
+/// [`CollectionError::File`], [`CollectionError::Solve`], [`CollectionError::Solver`].
+pub fn solve_file(path: &Path, options: &SolveOptions) -> Result<SolveReport, CollectionError> {
+    check(options)?;
+    let in_file = |source| CollectionError::File { path: path.into(), source };
+    let stored = fclib::read(path).map_err(in_file)?;
+    let name = problem_name(path);
+    let (report, percussions) = match stored.cone().map_err(in_file)? {
+        Cone::Planar(cone) => solve(&name, &cone, options)?,
+        Cone::Spatial(cone) => solve(&name, &cone, options)?,
+    };
+    if options.write_solution && report.converged {
+        let put = |percussions| -> Result<(), FclibError> {
+            fclib::write_solution(path, &stored.solution(percussions)?)
+        };
+        put(percussions).map_err(in_file)?;
+    }
+    Ok(report)
+}
+
+fn check(options: &SolveOptions) -> Result<(), CollectionError> {
+    solver::build::<f64, 3>(&options.solver, stopping(options)).map(drop).map_err(CollectionError::from)
+}
+
+fn stopping(options: &SolveOptions) -> Stopping<f64> {
+    Stopping { tolerance: options.tolerance, max_iterations: None, max_seconds: options.max_seconds }
+}
+
+fn solve<const D: usize>(
+    name: &str,
+    cone: &ConeProblem<f64, D>,
+    options: &SolveOptions,
+) -> Result<(SolveReport, Vec<f64>), CollectionError> {
+    let cpu = ProcessTime::now();
+    let attempt = attempt(name, cone, &options.solver, &stopping(options), None)?;
+    let cpu_seconds = cpu.elapsed().as_secs_f64();
+    let count = cone.count_status(&attempt.r, STATUS_TOLERANCE);
+    let converged = attempt.residual.scaled <= options.tolerance;
+    let report = SolveReport {
+        problem: name.into(),
+        contacts: cone.contacts(),
+        dimension: D,
+        solver: options.solver.clone(),
+        converged,
+        iterations: attempt.iterations,
+        residual: attempt.residual.natural,
+        scaled_residual: attempt.residual.scaled,
+        cpu_seconds,
+        status: Statuses { take_off: count.take_off, stick: count.stick, slide: count.slide },
+        reason: attempt.reason.filter(|_| !converged),
+        certificate: if converged { None } else { certificate(cone) },
+    };
+    Ok((report, attempt.r.iter().flat_map(|r| r.iter().copied()).collect()))
+}
+
+/// Where a solver came to.
+pub(super) struct Attempt<const D: usize> {
+    pub(super) r: Vec<SVector<f64, D>>,
+    pub(super) iterations: usize,
+    pub(super) residual: Residual<f64>,
+    /// Tolerance on the scaled residual of the last call.
+    pub(super) tolerance: f64,
+    pub(super) reason: Option<String>,
+}
+
+/// Calls made at most to bring the natural-map residual below the tolerance, too.
+const CALLS: usize = 4;
+
+/// Solves from r = 0 until both residuals are within the tolerance, or until the solver gives up.
+pub(super) fn attempt<const D: usize>(
+    name: &str,
+    cone: &ConeProblem<f64, D>,
+    solver: &str,
+    stopping: &Stopping<f64>,
+    mut observer: Option<&mut dyn FnMut(Progress<f64>)>,
+) -> Result<Attempt<D>, CollectionError> {
+    let clock = Instant::now();
+    let zero = vec![SVector::<f64, D>::zeros(); cone.contacts()];
+    let mut best = Attempt {
+        residual: Residual { natural: f64::INFINITY, scaled: f64::INFINITY },
+        iterations: 0,
+        tolerance: stopping.tolerance,
+        reason: None,
+        r: zero.clone(),
+    };
+    let mut r = zero;
+    for call in 1..=CALLS {
+        let left = stopping.max_seconds.map(|limit| limit - clock.elapsed().as_secs_f64());
+        if call > 1 && left.is_some_and(|left| left <= 0.0) {
+            break;
+        }
+        let stage = Stopping { tolerance: best.tolerance, max_seconds: left, ..stopping.clone() };
+        let mut solver = solver::build::<f64, D>(solver, stage)?;
+        let before = best.iterations;
+        let mut shifted = |progress: Progress<f64>| {
+            if let Some(observer) = observer.as_mut() {
+                observer(Progress { iterations: before + progress.iterations, ..progress });
+            }
+        };
+        let (iterations, residual, reason) =
+            match solver.solve_observed(cone, &best.r, &mut r, Some(&mut shifted)) {
+                Ok(solution) => (solution.iterations, solution.residual, None),
+                Err(SolveError::NotConverged { iterations, residual, natural, reason, .. }) => {
+                    (iterations, Residual { natural, scaled: residual }, Some(reason))
+                }
+                Err(source) => return Err(CollectionError::Solve { problem: name.into(), source }),
+            };
+        best.iterations += iterations;
+        // A later call must not undo what an earlier one reached.
+        let better = residual.scaled <= best.residual.scaled || residual.natural <= best.residual.natural;
+        if call == 1 || (better && residual.scaled <= stopping.tolerance) {
+            (best.residual, best.reason) = (residual, reason.clone().flatten());
+            best.r.copy_from_slice(&r);
+        }
+        if reason.is_some() || residual.natural <= stopping.tolerance {
+            break;
+        }
+        // Half of what the natural map asks for; below the rounding of the scalar there is nothing to reach.
+        let next = best.tolerance * 0.5 * stopping.tolerance / residual.natural;
+        if next.is_nan() || next < f64::EPSILON {
+            break;
+        }
+        best.tolerance = next;
+    }
+    Ok(best)
+}
+
+#[cfg(feature = "clarabel")]
+fn certificate<const D: usize>(cone: &ConeProblem<f64, D>) -> Option<Certificate> {
+    use crate::solver::Feasibility;
+    Some(match solver::feasibility(cone).ok()? {
+        Feasibility::Strict { margin, .. } => {
+            Certificate { verdict: Verdict::Feasible, margin, direction: None }
+        }
+        Feasibility::Separated { margin, direction } => {
+            let direction = Some(direction.iter().flat_map(|d| d.iter().copied()).collect());
+            Certificate { verdict: Verdict::Infeasible, margin, direction }
+        }
+        Feasibility::Undecided { margin, .. } => {
+            Certificate { verdict: Verdict::Undecided, margin, direction: None }
+        }
+    })
+}
+
+/// Without clarabel nothing decides.
+#[cfg(not(feature = "clarabel"))]
+fn certificate<const D: usize>(_cone: &ConeProblem<f64, D>) -> Option<Certificate> {
+    None
+}
+
+fn json_line(out: &mut dyn Write, value: &impl Serialize) -> io::Result<()> {
+    serde_json::to_writer(&mut *out, value)?;
+    writeln!(out)
+}
+
+fn heading(out: &mut dyn Write, width: usize) -> io::Result<()> {
+    writeln!(
+        out,
+        "{:width$} {:>8} {:>2}  {:20} {:>9} {:>9} {:>9} {:>10}  take-off/stick/slide",
+        "problem", "contacts", "D", "solver", "iterations", "residual", "scaled", "CPU (s)"
+    )
+}
+
+fn text_line(out: &mut dyn Write, report: &SolveReport, width: usize) -> io::Result<()> {
+    let SolveReport { problem, contacts, dimension, solver, iterations, residual, .. } = report;
+    let Statuses { take_off, stick, slide } = report.status;
+    write!(
+        out,
+        "{problem:width$} {contacts:>8} {dimension:>2}  {solver:20} {iterations:>9} {residual:>9.1e} {:>9.1e} {:>10.3e}  \
+         {take_off}/{stick}/{slide}",
+        report.scaled_residual, report.cpu_seconds
+    )?;
+    if !report.converged {
+        write!(out, "  not converged")?;
+        if let Some(reason) = &report.reason {
+            write!(out, ": {reason}")?;
+        }
+        match &report.certificate {
+            Some(Certificate { verdict: Verdict::Feasible, margin, .. }) => {
+                write!(out, "; feasible with margin {margin:.1e}, residual above is the best reached")?;
+            }
+            Some(Certificate { verdict: Verdict::Infeasible, margin, .. }) => {
+                write!(out, "; infeasible: no percussion opens every cone, margin {margin:.1e}")?;
+            }
+            Some(Certificate { verdict: Verdict::Undecided, .. }) => write!(out, "; feasibility undecided")?,
+            None => {}
+        }
+    }
+    writeln!(out)
+}

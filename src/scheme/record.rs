@@ -1,0 +1,87 @@
+//! The state, what a step did, and the step being made.
+
+use nalgebra::SVector;
+
+use crate::contact::ContactId;
+use crate::energy::{Balance, Energies};
+use crate::scalar::Scalar;
+use crate::solver::Solution;
+
+/// The state at a time of the run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct State<T> {
+    /// Steps made, k.
+    pub index: usize,
+    /// Time t_k = t₀ + k h (s).
+    pub time: T,
+    /// Configuration q_k.
+    pub q: Vec<T>,
+    /// Velocity v_k.
+    pub v: Vec<T>,
+}
+
+/// What happened at an active contact during a step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactStep<T: Scalar, const D: usize> {
+    /// Who.
+    pub id: ContactId,
+    /// Interface, and so law, it belongs to.
+    pub interface: usize,
+    /// The gap the activation rule tested (m).
+    pub gap: T,
+    /// Local velocity u_k = H(q_k) v_k (m/s).
+    pub before: SVector<T, D>,
+    /// Local velocity u_{k+1} = H(q_k) v_{k+1} (m/s).
+    pub after: SVector<T, D>,
+    /// Percussion p_{k+1} (N s).
+    pub percussion: SVector<T, D>,
+    /// Normal contact work u_{N,k+θ} p_N (J).
+    pub normal_work: T,
+    /// Tangential contact work u_{T,k+θ}·p_T (J).
+    pub tangential_work: T,
+}
+
+/// What a step did.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Step<T: Scalar, const D: usize> {
+    /// The active contacts, ordered by identity.
+    pub contacts: Vec<ContactStep<T, D>>,
+    /// Energies at the end of the step.
+    pub energies: Energies<T>,
+    /// The balance (56) of the step.
+    pub balance: Balance<T>,
+    /// What the cone solver reported; `None` where no contact was active.
+    pub solution: Option<Solution<T>>,
+}
+
+/// The step being made; it becomes the state only when all of it succeeded.
+#[derive(Debug)]
+pub(super) struct Next<T: Scalar, const D: usize> {
+    pub(super) q: Vec<T>,
+    pub(super) v: Vec<T>,
+    pub(super) v_theta: Vec<T>,
+    pub(super) v_free: Vec<T>,
+    pub(super) force: Vec<T>,
+    pub(super) scratch: Vec<T>,
+    /// M v and K q of the state, and of its successor.
+    pub(super) momentum: [Vec<T>; 2],
+    pub(super) elastic_force: [Vec<T>; 2],
+    pub(super) contacts: Vec<ContactStep<T, D>>,
+}
+
+impl<T: Scalar, const D: usize> Next<T, D> {
+    pub(super) fn new(dofs: usize) -> Self {
+        let zeros = || vec![T::zero(); dofs];
+        Self {
+            q: zeros(),
+            v: zeros(),
+            v_theta: zeros(),
+            v_free: zeros(),
+            force: zeros(),
+            scratch: zeros(),
+            momentum: [zeros(), zeros()],
+            elastic_force: [zeros(), zeros()],
+            contacts: Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! The settings of the scheme, and what is checked before the first step.
+
+use nalgebra::SVector;
+
+use super::{Activation, SetupError};
+use crate::laws::ContactLaw;
+use crate::linalg::Symmetric;
+use crate::scalar::{Scalar, all_finite, epsilon, lit, to_f64};
+use crate::system::MechanicalSystem;
+
+/// Parameters of the scheme.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings<T> {
+    /// θ ∈ [0, 1] of x_{k+θ} = (1−θ) x_k + θ x_{k+1}; ½ conserves energy between impacts.
+    pub theta: T,
+    /// Time step h > 0 (s).
+    pub step: T,
+    /// Rule and tolerances of the active set.
+    pub activation: Activation<T>,
+    /// Opt-out: accept a θ outside the interval in which a law is proved dissipative. Default `false`. Laws that
+    /// claim no interval at all constrain θ in neither case.
+    pub allow_unproved_theta: bool,
+}
+
+impl<T: Scalar> Settings<T> {
+    /// θ and h, with the paper's active set (55).
+    pub fn new(theta: T, step: T) -> Self {
+        Self { theta, step, activation: Activation::default(), allow_unproved_theta: false }
+    }
+}
+
+pub(super) fn check_settings<T: Scalar>(settings: &Settings<T>) -> Result<(), SetupError> {
+    let Settings { theta, step, .. } = *settings;
+    if !(T::zero() <= theta && theta <= T::one()) {
+        return Err(SetupError::Theta { theta: to_f64(theta) });
+    }
+    if !(step > T::zero() && all_finite([&step])) {
+        return Err(SetupError::TimeStep { step: to_f64(step) });
+    }
+    Ok(())
+}
+
+pub(super) fn check_laws<T: Scalar, const D: usize, L: ContactLaw<T, D>>(
+    laws: &[L],
+    interfaces: usize,
+    settings: &Settings<T>,
+) -> Result<(), SetupError> {
+    if laws.len() != interfaces {
+        return Err(SetupError::Laws { interfaces, laws: laws.len() });
+    }
+    let theta = settings.theta;
+    // θ and the ends of the interval are rounded: 1/(1+e) typed by hand must pass.
+    let slack = lit::<T>(4.0) * epsilon::<T>();
+    for (interface, law) in laws.iter().enumerate() {
+        let name = || law.name().to_string();
+        if let (Some(claimed), false) = (law.dissipative_theta(), settings.allow_unproved_theta) {
+            let (min, max) = (*claimed.start(), *claimed.end());
+            if !(min - slack <= theta && theta <= max + slack) {
+                let (theta, min, max) = (to_f64(theta), to_f64(min), to_f64(max));
+                return Err(SetupError::UnprovedTheta { law: name(), interface, theta, min, max });
+            }
+        }
+        let gamma = law.evaluate(&SVector::zeros(), theta).gamma;
+        let error = |what, value| SetupError::Law { law: name(), what, value, theta: to_f64(theta) };
+        if !(gamma > T::zero() && all_finite([&gamma])) {
+            return Err(error("γ", to_f64(gamma)));
+        }
+        let friction = law.friction();
+        if !(friction >= T::zero() && all_finite([&friction])) {
+            return Err(error("μ", to_f64(friction)));
+        }
+    }
+    Ok(())
+}
+
+/// M̂ = M + hθC + h²θ²K.
+pub(super) fn iteration_matrix<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
+    system: &S,
+    settings: &Settings<T>,
+) -> Symmetric<T> {
+    let weight = settings.step * settings.theta;
+    let mut matrix = system.mass().clone();
+    if let Some(damping) = system.damping() {
+        matrix = matrix.plus(weight, damping);
+    }
+    if let Some(stiffness) = system.stiffness() {
+        matrix = matrix.plus(weight * weight, stiffness);
+    }
+    matrix
+}
+
+/// Checks that every operator of the system and the state have one component per degree of freedom, and that the
+/// state is finite.
+pub(super) fn check_sizes<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
+    system: &S,
+    q: &[T],
+    v: &[T],
+) -> Result<(), SetupError> {
+    let expected = system.dofs();
+    let sizes = [
+        ("mass", system.mass().size()),
+        ("damping", system.damping().map_or(expected, Symmetric::size)),
+        ("stiffness", system.stiffness().map_or(expected, Symmetric::size)),
+        ("force", system.forces().constant_part().len()),
+        ("q", q.len()),
+        ("v", v.len()),
+    ];
+    if let Some(&(what, given)) = sizes.iter().find(|&&(_, given)| given != expected) {
+        return Err(SetupError::Size { what, expected, given });
+    }
+    for (what, x) in [("q", q), ("v", v)] {
+        if let Some(component) = x.iter().position(|x| !all_finite([x])) {
+            return Err(SetupError::NotFinite { what, component, value: to_f64(x[component]) });
+        }
+    }
+    Ok(())
+}
+
+/// The tolerances of the active set in this system, (gap, velocity).
+pub(super) fn tolerances<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
+    activation: &Activation<T>,
+    system: &S,
+    q: &[T],
+    v: &[T],
+) -> Result<(T, T), SetupError> {
+    let tolerances = activation.tolerances(system.scales(q, v));
+    for (what, value) in [("gap", tolerances.0), ("velocity", tolerances.1)] {
+        if !(value > T::zero() && all_finite([&value])) {
+            return Err(SetupError::ActivationTolerance { what, value: to_f64(value) });
+        }
+    }
+    Ok(tolerances)
+}

@@ -1,0 +1,285 @@
+//! The θ-step of Moreau–Jean (52) and Moreau–Jean–Frémond (63) in the one form every law shares.
+
+use nalgebra::SVector;
+
+use super::record::Next;
+use super::{ActivationRule, ContactStep, Settings, Step, StepError, ThetaScheme};
+use crate::contact::{Candidate, ContactId};
+use crate::energy::{Balance, Energies};
+use crate::laws::ContactLaw;
+use crate::linalg::{axpy, dot};
+use crate::scalar::{Scalar, all_finite, lit, to_f64};
+use crate::solver::{ConeSolver, Solution};
+use crate::system::MechanicalSystem;
+
+impl<T, const D: usize, S, L, V> ThetaScheme<T, D, S, L, V>
+where
+    T: Scalar,
+    S: MechanicalSystem<T, D>,
+    L: ContactLaw<T, D>,
+    V: ConeSolver<T, D>,
+{
+    /// Makes one step of (52)/(63).
+    ///
+    /// # Errors
+    /// [`StepError`] with the time and the numbers; the state is then that of before the step.
+    pub fn step(&mut self) -> Result<&Step<T, D>, StepError> {
+        // M̂ (v_free − v_k) = h (F_{k+θ} − C v_k − K (q_k + hθ v_k))
+        self.set_free_velocity()?;
+        // α is active iff g^α(q_k + h v_k) ≤ 0 and u^α_{N,k} ≤ 0                                 (55)
+        self.find_active_contacts()?;
+        // w = W p + b,  W = H M̂⁻¹ Hᵀ,  b = H v_free + δ,  δ = ((1−γ) u_k + s)/γ
+        self.set_cone_problem()?;
+        // K* ∋ Φ(w) ⟂ p ∈ K                                                                      (81)
+        let solution = self.solve_cone_problem()?;
+        // v_{k+1} = v_free + M̂⁻¹ Hᵀ p,  q_{k+1} = q_k + h v_{k+θ}
+        self.set_next_state()?;
+        // E_{k+1} − E_k = W_ext + W_damp + (½−θ)(…) + Σ u_{k+θ}·p                                (56)
+        let (energies, balance) = self.balance()?;
+        self.accept(solution, energies, balance);
+        Ok(&self.last)
+    }
+
+    fn set_free_velocity(&mut self) -> Result<(), StepError> {
+        let Self { system, settings: Settings { theta, step: h, .. }, state, next, factor, .. } = self;
+        let Next { v_free, force, scratch, elastic_force, .. } = next;
+        system.forces().averaged(state.time, *h, *theta, force, scratch);
+        if !all_finite(&*force) {
+            return Err(self.state_error("F", &self.next.force));
+        }
+        v_free.copy_from_slice(force);
+        if let Some(damping) = system.damping() {
+            damping.multiply(&state.v, scratch);
+            axpy(v_free, -T::one(), scratch);
+        }
+        if let Some(stiffness) = system.stiffness() {
+            stiffness.multiply(&state.v, scratch);
+            axpy(v_free, -(*h * *theta), scratch);
+            axpy(v_free, -T::one(), &elastic_force[0]);
+        }
+        v_free.iter_mut().for_each(|x| *x *= *h);
+        factor.solve_in_place(v_free);
+        axpy(v_free, T::one(), &state.v);
+        Ok(())
+    }
+
+    fn find_active_contacts(&mut self) -> Result<(), StepError> {
+        let h = self.settings.step;
+        let (gap_tolerance, velocity_tolerance) = self.tolerances;
+        let rule = self.settings.activation.rule;
+        self.candidates.clear();
+        if rule == ActivationRule::CurrentGap {
+            self.system.candidates(&self.state.q, gap_tolerance, &mut self.candidates);
+        } else {
+            let Next { scratch, .. } = &mut self.next;
+            scratch.copy_from_slice(&self.state.q);
+            axpy(scratch, h, &self.state.v);
+            self.system.candidates(scratch, gap_tolerance, &mut self.candidates);
+        }
+        self.candidates.sort_unstable_by_key(|candidate| candidate.id);
+        self.jacobian.clear();
+        self.next.contacts.clear();
+        for i in 0..self.candidates.len() {
+            let Candidate { id, interface, gap } = self.candidates[i];
+            if !all_finite([&gap]) {
+                return Err(self.contact_error(id, "gap"));
+            }
+            if interface >= self.laws.len() {
+                return Err(self.unknown(id, "interface", interface, self.laws.len()));
+            }
+            let row = self.jacobian.rows();
+            self.system.jacobian(id, &self.state.q, &mut self.jacobian);
+            let dofs = self.state.v.len();
+            if let Some(column) = self.jacobian.largest_column(row).filter(|&column| column >= dofs) {
+                return Err(self.unknown(id, "degree of freedom", column, dofs));
+            }
+            let before = self.jacobian.velocity(row, &self.state.v);
+            if !all_finite(before.iter()) {
+                return Err(self.contact_error(id, "Jacobian"));
+            }
+            if rule == ActivationRule::MoreauJean && before[0] > velocity_tolerance {
+                self.jacobian.truncate(row);
+                continue;
+            }
+            let zero = SVector::zeros();
+            let (normal_work, tangential_work) = (T::zero(), T::zero());
+            let (after, percussion) = (zero, zero);
+            self.next.contacts.push(ContactStep {
+                id,
+                interface,
+                gap,
+                before,
+                after,
+                percussion,
+                normal_work,
+                tangential_work,
+            });
+        }
+        Ok(())
+    }
+
+    fn set_cone_problem(&mut self) -> Result<(), StepError> {
+        let (w, b, friction) = self.problem.parts_mut();
+        self.assembler.assemble(&self.jacobian, &mut self.factor, w);
+        b.clear();
+        friction.clear();
+        self.warm_start.clear();
+        let mut known = self.last.contacts.iter().peekable();
+        for (i, contact) in self.next.contacts.iter().enumerate() {
+            let law = &self.laws[contact.interface];
+            let evaluation = law.evaluate(&contact.before, self.settings.theta);
+            let valid = evaluation.gamma > T::zero() && all_finite(evaluation.shift.iter());
+            if !(valid && all_finite([&evaluation.gamma])) {
+                return Err(StepError::Law {
+                    step: self.state.index + 1,
+                    time: to_f64(self.state.time + self.settings.step),
+                    contact: self.system.contact_label(contact.id),
+                    law: law.name().into(),
+                    gamma: to_f64(evaluation.gamma),
+                    shift: to_f64(evaluation.shift[0]),
+                });
+            }
+            b.push(self.jacobian.velocity(i, &self.next.v_free) + evaluation.b_shift(&contact.before));
+            friction.push(law.friction());
+            // Both lists are ordered by identity: the percussion of the last step is found by walking along.
+            while known.next_if(|old| old.id < contact.id).is_some() {}
+            let old = known.next_if(|old| old.id == contact.id);
+            self.warm_start.push(old.map_or_else(SVector::zeros, |old| old.percussion));
+        }
+        Ok(())
+    }
+
+    fn solve_cone_problem(&mut self) -> Result<Option<Solution<T>>, StepError> {
+        let contacts = self.problem.contacts();
+        self.percussions.clear();
+        self.percussions.resize(contacts, SVector::zeros());
+        if contacts == 0 {
+            return Ok(None);
+        }
+        match self.solver.solve(&self.problem, &self.warm_start, &mut self.percussions) {
+            Ok(solution) => Ok(Some(solution)),
+            Err(source) => {
+                let (step, time) = self.place();
+                Err(StepError::Solve { step, time, contacts, source })
+            }
+        }
+    }
+
+    fn set_next_state(&mut self) -> Result<(), StepError> {
+        let Settings { theta, step: h, .. } = self.settings;
+        let Next { q, v, v_theta, v_free, scratch, contacts, .. } = &mut self.next;
+        v.copy_from_slice(v_free);
+        if !contacts.is_empty() {
+            scratch.fill(T::zero());
+            for (row, p) in self.percussions.iter().enumerate() {
+                self.jacobian.add_transpose(row, p, scratch);
+            }
+            self.factor.solve_in_place(scratch);
+            axpy(v, T::one(), scratch);
+        }
+        let other = T::one() - theta;
+        for (i, v_theta) in v_theta.iter_mut().enumerate() {
+            *v_theta = other * self.state.v[i] + theta * v[i];
+            q[i] = self.state.q[i] + h * *v_theta;
+        }
+        for (i, contact) in contacts.iter_mut().enumerate() {
+            contact.percussion = self.percussions[i];
+            contact.after = self.jacobian.velocity(i, v);
+            let average = contact.before * other + contact.after * theta;
+            contact.normal_work = average[0] * contact.percussion[0];
+            contact.tangential_work = average.dot(&contact.percussion) - contact.normal_work;
+            if D == 1 {
+                contact.tangential_work = T::zero();
+            }
+        }
+        for (what, x) in [("v", &self.next.v), ("q", &self.next.q)] {
+            if !all_finite(x) {
+                return Err(self.state_error(what, x));
+            }
+        }
+        Ok(())
+    }
+
+    fn balance(&mut self) -> Result<(Energies<T>, Balance<T>), StepError> {
+        let Self { system, settings: Settings { theta, step: h, .. }, state, next, .. } = self;
+        let (half, h) = (lit::<T>(0.5), *h);
+        let mut balance = Balance::default();
+        // Increments by the polarised forms ½(y−x)·A(y+x), which do not cancel.
+        let increments = |from: &[T], to: &[T], [a_from, a_to]: &[Vec<T>; 2]| {
+            let (mut change, mut square) = (T::zero(), T::zero());
+            for i in 0..from.len() {
+                let difference = to[i] - from[i];
+                change += difference * (a_to[i] + a_from[i]);
+                square += difference * (a_to[i] - a_from[i]);
+            }
+            (half * change, square)
+        };
+        system.mass().multiply(&next.v, &mut next.momentum[1]);
+        let (kinetic, mut square) = increments(&state.v, &next.v, &next.momentum);
+        balance.kinetic_change = kinetic;
+        if let Some(stiffness) = system.stiffness() {
+            stiffness.multiply(&next.q, &mut next.elastic_force[1]);
+            let (elastic, stretch) = increments(&state.q, &next.q, &next.elastic_force);
+            balance.elastic_change = elastic;
+            square += stretch;
+        }
+        balance.external_work = h * dot(&next.v_theta, &next.force);
+        if let Some(damping) = system.damping() {
+            damping.multiply(&next.v_theta, &mut next.scratch);
+            balance.damping_work = -h * dot(&next.v_theta, &next.scratch);
+        }
+        balance.numerical_dissipation = (half - *theta) * square;
+        for contact in &next.contacts {
+            balance.normal_contact_work += contact.normal_work;
+            balance.tangential_contact_work += contact.tangential_work;
+        }
+        balance.close();
+        let energies = Energies {
+            kinetic: half * dot(&next.v, &next.momentum[1]),
+            elastic: half * dot(&next.q, &next.elastic_force[1]),
+            potential: system.forces().potential(&next.q),
+        };
+        if !all_finite(&[energies.total(), balance.imbalance]) {
+            let (step, time) = self.place();
+            return Err(StepError::Energy { step, time, kinetic: to_f64(energies.kinetic) });
+        }
+        Ok((energies, balance))
+    }
+
+    fn accept(&mut self, solution: Option<Solution<T>>, energies: Energies<T>, balance: Balance<T>) {
+        let Self { state, next, last, .. } = self;
+        std::mem::swap(&mut state.q, &mut next.q);
+        std::mem::swap(&mut state.v, &mut next.v);
+        next.momentum.swap(0, 1);
+        next.elastic_force.swap(0, 1);
+        std::mem::swap(&mut last.contacts, &mut next.contacts);
+        (last.energies, last.balance, last.solution) = (energies, balance, solution);
+        state.index += 1;
+        // By multiplication, so that the clock does not drift over many steps.
+        state.time = self.start_time + self.settings.step * lit::<T>(state.index as f64);
+    }
+
+    /// Number of the step being made, and the time at its end.
+    fn place(&self) -> (usize, f64) {
+        (self.state.index + 1, to_f64(self.state.time + self.settings.step))
+    }
+
+    #[cold]
+    fn state_error(&self, what: &'static str, x: &[T]) -> StepError {
+        let component = x.iter().position(|x| !all_finite([x])).unwrap_or_default();
+        let (step, time) = self.place();
+        StepError::State { step, time, what, component, value: to_f64(x[component]) }
+    }
+
+    #[cold]
+    fn contact_error(&self, contact: ContactId, what: &'static str) -> StepError {
+        let (step, time) = self.place();
+        StepError::Contact { step, time, contact: self.system.contact_label(contact), what }
+    }
+
+    #[cold]
+    fn unknown(&self, contact: ContactId, what: &'static str, index: usize, count: usize) -> StepError {
+        let (step, time) = self.place();
+        StepError::Unknown { step, time, contact: self.system.contact_label(contact), what, index, count }
+    }
+}

@@ -1,0 +1,131 @@
+//! A warm step allocates nothing: counted by the allocator itself.
+
+mod scenes;
+
+use allocation_counter::measure;
+use nalgebra::SVector;
+use nonsmooth::laws::{ContactLaw, Fremond};
+use nonsmooth::linalg::Symmetric;
+use nonsmooth::scalar::{Scalar, lit};
+use nonsmooth::scheme::{Activation, ActivationRule, Settings, ThetaScheme};
+use nonsmooth::solver::{ConeSolver, Nsgs, NsgsSettings};
+use nonsmooth::system::{Forces, Lagrangian, MechanicalSystem, SmoothGap};
+
+/// Makes `warm_up` steps, then asserts that the next `steps` allocate nothing and that contacts were active in them.
+fn assert_no_allocation<T, const D: usize, S, L, V>(
+    what: &str,
+    scheme: &mut ThetaScheme<T, D, S, L, V>,
+    warm_up: usize,
+    steps: usize,
+) where
+    T: Scalar,
+    S: MechanicalSystem<T, D>,
+    L: ContactLaw<T, D>,
+    V: ConeSolver<T, D>,
+{
+    let what = format!("{what}, D = {D}, {}", T::NAME);
+    for _ in 0..warm_up {
+        scheme.step().unwrap_or_else(|error| panic!("{what}: {error}"));
+    }
+    let (mut active, mut failure) = (0, None);
+    let allocated = measure(|| {
+        for _ in 0..steps {
+            match scheme.step() {
+                Ok(step) => active += step.contacts.len(),
+                Err(error) => {
+                    failure = Some(error);
+                    break;
+                }
+            }
+        }
+    });
+    assert!(failure.is_none(), "{what}: {}", failure.expect("just seen"));
+    assert!(active > 0, "{what}: no contact was active in the steps measured");
+    let (count, bytes) = (allocated.count_total, allocated.bytes_total);
+    assert_eq!(count, 0, "{what}: {count} allocations, {bytes} bytes, in {steps} warm steps; reuse a buffer");
+}
+
+#[test]
+fn the_counter_counts() {
+    assert_eq!(measure(|| drop(std::hint::black_box(vec![0u8; 10]))).count_total, 1);
+}
+
+/// The first impact (step 603) warms the buffers; the second (about step 1633) is among the steps measured.
+fn stick<T: Scalar, const D: usize>() {
+    for law in ["newton", "fremond"] {
+        for solver in ["nsgs", "hybrid"] {
+            let mut scheme = scenes::stick::<T, D>(law, solver);
+            assert_no_allocation(&format!("stick, {law}, {solver}"), &mut scheme, 1000, 1000);
+        }
+    }
+}
+
+#[test]
+fn the_stick_allocates_nothing() {
+    stick::<f64, 2>();
+    stick::<f32, 2>();
+}
+
+#[test]
+fn the_frictionless_stick_allocates_nothing() {
+    stick::<f64, 1>();
+    stick::<f32, 1>();
+}
+
+fn pile<T: Scalar, const D: usize>(tolerance: f64) {
+    let mut scheme = scenes::pile::<T, D>(8, 7, "nsgs", Some(tolerance));
+    assert_no_allocation("a pile of 53 discs", &mut scheme, 300, 100);
+}
+
+#[test]
+fn a_settled_pile_allocates_nothing() {
+    pile::<f64, 2>(1e-8);
+    pile::<f64, 1>(1e-8);
+    // ‖b‖ of a pile at rest is g h √m; single precision resolves it to a few hundred ε.
+    pile::<f32, 2>(1e-3);
+    pile::<f32, 1>(1e-3);
+}
+
+/// A bar of `n` masses and springs over a floor, its lower end and its middle in contact: sparse K and C, so that
+/// M̂ is factored by the sparse Cholesky.
+fn bar<T: Scalar, const D: usize>(n: usize) -> ThetaScheme<T, D, Lagrangian<T, D>, Fremond<T>, Nsgs<T, D>> {
+    let chain = |scale: f64| {
+        let mut triplets = Vec::new();
+        for i in 0..n - 1 {
+            for (row, column, x) in [(i, i, 1.0), (i + 1, i + 1, 1.0), (i, i + 1, -1.0), (i + 1, i, -1.0)] {
+                triplets.push((row, column, lit::<T>(x * scale)));
+            }
+        }
+        Symmetric::sparse(n, &triplets).expect("symmetric")
+    };
+    let mass = Symmetric::diagonal(vec![lit::<T>(1.0); n]).expect("finite");
+    let mut bar = Lagrangian::new(mass).with_stiffness(chain(1e3)).expect("size");
+    bar = bar.with_damping(chain(1.0)).expect("size");
+    let weight = vec![lit::<T>(-10.0); n];
+    let swing = move |t: T, f: &mut [T]| f[n - 1] += nalgebra::ComplexField::sin(t);
+    bar = bar.with_forces(Forces::constant(weight).with_varying(swing)).expect("size");
+    for (interface, dof) in [(0, 0), (1, n / 2)] {
+        let gap = move |q: &[T]| q[dof];
+        let row = move |_: &[T], push: &mut dyn FnMut(usize, SVector<T, D>)| {
+            push(dof, SVector::from_fn(|i, _| if i == 0 { T::one() } else { T::zero() }));
+            // The tangent looks along the next mass, so that friction has something to act on.
+            push(dof + 1, SVector::from_fn(|i, _| if i == 1 { T::one() } else { T::zero() }));
+        };
+        bar = bar.with_contact(interface, SmoothGap::new(gap, row));
+    }
+    let friction = if D == 1 { 0.0 } else { 0.2 };
+    let law = || Fremond::new(lit(0.0), lit(friction)).expect("in range");
+    let mut settings = Settings::new(lit(1.0), lit(1e-3));
+    settings.activation = Activation::new(ActivationRule::PredictedGap);
+    let solver = Nsgs::new(NsgsSettings::default());
+    let (q, v) = (vec![lit::<T>(1e-4); n], vec![T::zero(); n]);
+    ThetaScheme::new(bar, vec![law(), law()], solver, settings, T::zero(), q, v).expect("valid")
+}
+
+#[test]
+fn sparse_stiffness_and_damping_allocate_nothing() {
+    assert_no_allocation("an elastic bar", &mut bar::<f64, 2>(60), 400, 400);
+    assert_no_allocation("an elastic bar", &mut bar::<f64, 1>(60), 400, 400);
+    assert_no_allocation("an elastic bar", &mut bar::<f32, 2>(60), 400, 400);
+    assert_no_allocation("an elastic bar", &mut bar::<f32, 1>(60), 400, 400);
+}

@@ -1,0 +1,23 @@
+//! The scenes of `examples/`, run by the library.
+
+use std::path::Path;
+
+use nonsmooth::scalar::Scalar;
+use nonsmooth::scene::{Planar, Run, Scene, build};
+
+/// The scene `examples/NAME.toml`.
+pub(crate) fn scene(name: &str) -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(name).with_extension("toml");
+    Scene::read(&path).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The scheme of a scene with one law and one solver, and its number of steps.
+pub(crate) fn scheme<T: Scalar, const D: usize>(
+    scene: &Scene,
+    law: &str,
+    solver: &str,
+) -> (Planar<T, D>, usize) {
+    let runs = Scene { laws: vec![law.into()], solvers: vec![solver.into()], ..scene.clone() }.runs();
+    let [run] = <[Run; 1]>::try_from(runs.expect("registered names")).expect("one law, one solver");
+    (build(scene, &run).expect("an example builds"), run.steps)
+}

@@ -1,0 +1,173 @@
+//! No scene file, however damaged, makes the program panic: it is refused by name, runs, or stops with an error.
+
+use std::path::Path;
+
+use nonsmooth::scalar::Scalar;
+use nonsmooth::scene::{ScalarName, Scene, build, contact_dimension};
+use proptest::prelude::*;
+
+const SCENES: [&str; 2] =
+    [include_str!("../examples/impacting_stick.toml"), include_str!("../examples/bouncing_ball.toml")];
+
+/// What numbers become.
+const NUMBERS: [&str; 12] =
+    ["nan", "inf", "-inf", "-1", "0", "1", "1e308", "-1e308", "1e-308", "1e40", "0.5", "\"text\""];
+
+/// Steps made of a scene that is accepted.
+const STEPS: usize = 5;
+
+#[derive(Debug, Clone)]
+enum Damage {
+    Delete(usize),
+    Duplicate(usize),
+    Swap(usize, usize),
+    Number(usize, usize),
+    Truncate(usize),
+    Letter(usize, char),
+}
+
+/// Where the numbers of a text are.
+fn numbers(text: &str) -> Vec<std::ops::Range<usize>> {
+    let (mut found, mut start) = (Vec::new(), None);
+    let mut previous = ' ';
+    for (i, c) in text.char_indices() {
+        let inside = c.is_ascii_digit() || c == '.' || (c == 'e' || c == '-') && start.is_some();
+        match (start, inside) {
+            (None, true) if !previous.is_alphanumeric() => start = Some(i),
+            (Some(from), false) => {
+                found.push(from..i);
+                start = None;
+            }
+            _ => {}
+        }
+        previous = c;
+    }
+    found
+}
+
+fn damage(text: &str, damage: &Damage) -> String {
+    let lines: Vec<&str> = text.lines().collect();
+    let join = |lines: Vec<&str>| lines.join("\n") + "\n";
+    if lines.is_empty() {
+        return text.into();
+    }
+    match *damage {
+        Damage::Delete(i) => {
+            let mut lines = lines;
+            lines.remove(i % lines.len());
+            join(lines)
+        }
+        Damage::Duplicate(i) => {
+            let mut lines = lines;
+            let i = i % lines.len();
+            lines.insert(i, lines[i]);
+            join(lines)
+        }
+        Damage::Swap(i, j) => {
+            let mut lines = lines;
+            let n = lines.len();
+            lines.swap(i % n, j % n);
+            join(lines)
+        }
+        Damage::Number(i, j) => {
+            let numbers = numbers(text);
+            let Some(range) = numbers.get(i % numbers.len().max(1)) else { return text.into() };
+            let mut text = text.to_string();
+            text.replace_range(range.clone(), NUMBERS[j % NUMBERS.len()]);
+            text
+        }
+        Damage::Truncate(i) => text.chars().take(i % (text.chars().count() + 1)).collect(),
+        Damage::Letter(i, c) => {
+            let at = i % text.chars().count().max(1);
+            text.chars().enumerate().map(|(k, old)| if k == at { c } else { old }).collect()
+        }
+    }
+}
+
+fn damages() -> impl Strategy<Value = Damage> {
+    prop_oneof![
+        2 => any::<usize>().prop_map(Damage::Delete),
+        2 => any::<usize>().prop_map(Damage::Duplicate),
+        1 => any::<(usize, usize)>().prop_map(|(i, j)| Damage::Swap(i, j)),
+        8 => any::<(usize, usize)>().prop_map(|(i, j)| Damage::Number(i, j)),
+        1 => any::<usize>().prop_map(Damage::Truncate),
+        1 => (any::<usize>(), any::<char>()).prop_map(|(i, c)| Damage::Letter(i, c)),
+    ]
+}
+
+/// Reads, builds and steps; the message of what went wrong, empty where nothing did.
+fn attempt<T: Scalar, const D: usize>(scene: &Scene) -> String {
+    let Ok(runs) = scene.runs() else { return scene.runs().expect_err("just seen").to_string() };
+    for run in &runs {
+        let mut scheme = match build::<T, D>(scene, run) {
+            Ok(scheme) => scheme,
+            Err(error) => return error.to_string(),
+        };
+        for _ in 0..run.steps.min(STEPS) {
+            let made = match scheme.step() {
+                Ok(step) => step,
+                Err(error) => return error.to_string(),
+            };
+            let energies = [made.energies.total(), made.balance.imbalance];
+            assert!(
+                nonsmooth::scalar::all_finite(&energies),
+                "a step with energies {energies:?} was accepted"
+            );
+        }
+    }
+    String::new()
+}
+
+fn read(text: &str) -> String {
+    let mut scene = match Scene::parse(text, Path::new("scene.toml")) {
+        Ok(scene) => scene,
+        Err(error) => return error.to_string(),
+    };
+    let runs = match scene.runs() {
+        Ok(runs) => runs,
+        Err(error) => return error.to_string(),
+    };
+    let mut told = String::new();
+    match contact_dimension(&scene, &runs) {
+        Err(error) => return error.to_string(),
+        Ok(dimension) => {
+            for scalar in [ScalarName::F64, ScalarName::F32] {
+                scene.scalar = scalar;
+                told = match (scalar, dimension) {
+                    (ScalarName::F64, 1) => attempt::<f64, 1>(&scene),
+                    (ScalarName::F64, _) => attempt::<f64, 2>(&scene),
+                    (ScalarName::F32, 1) => attempt::<f32, 1>(&scene),
+                    (ScalarName::F32, _) => attempt::<f32, 2>(&scene),
+                };
+            }
+        }
+    }
+    told
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    #[test]
+    fn damaged_scenes_never_panic(
+        which in 0..SCENES.len(),
+        damages in proptest::collection::vec(damages(), 1..4),
+    ) {
+        let text = damages.iter().fold(SCENES[which].to_string(), |text, d| damage(&text, d));
+        read(&text);
+    }
+}
+
+#[test]
+fn the_undamaged_scenes_run() {
+    for text in SCENES {
+        assert_eq!(read(text), "");
+    }
+}
+
+#[test]
+fn every_number_of_the_scene_is_found() {
+    let text = "step = 1e-4 # h\nq = [-0.5, 0.1]\nf64 = 3\n";
+    let found: Vec<&str> = numbers(text).into_iter().map(|range| &text[range]).collect();
+    assert_eq!(found, ["1e-4", "0.5", "0.1", "3"]);
+}
