@@ -93,8 +93,9 @@ fn solvable<const D: usize>(random: &mut Random, w: &SMatrix<f64, D, D>, mu: f64
     }
 }
 
-// 10 ε: a backward stable chain of some 30 operations, and the rounding of the test's own W r + b.
-const LIMIT: f64 = 10.0;
+// 100 ε: some 30 operations, blocks of condition number up to 14 by their explicit inverse, and the rounding of the
+// test's own W r + b.
+const LIMIT: f64 = 100.0;
 
 fn definite<T: Scalar, const D: usize>(spread: f64) -> f64 {
     worst::<T, D>(200_000, |random| {
@@ -186,7 +187,7 @@ fn the_first_guess_does_not_change_the_answer() {
         let cold = solve_one_contact(&w, &b, 0.4);
         let mut alpha = 10f64.powf(6.0 * random.symmetric());
         let warm = solve_one_contact_from(&w, &b, 0.4, &mut alpha);
-        // Both satisfy the inclusion to 10 ε; with W ≻ 0 and W_NN > μ‖W_NT‖ the answer is unique and the
+        // Both satisfy the inclusion to 100 ε; with W ≻ 0 and W_NN > μ‖W_NT‖ the answer is unique and the
         // distance is that times the condition number of W.
         if w[(0, 0)] > 0.4 * w.fixed_view::<1, 2>(0, 1).norm() {
             let condition = w.symmetric_eigenvalues().min().recip() * w.norm();

@@ -37,14 +37,15 @@ pub fn solve_one_contact_from<T: Scalar, const D: usize>(
     friction: T,
     alpha: &mut T,
 ) -> SVector<T, D> {
-    if b[0] >= T::zero() {
-        return SVector::zeros();
-    }
-    if D == 1 || friction == T::zero() {
-        return vector(-b[0] / w[(0, 0)], [T::zero(); 2]);
-    }
     match D {
+        // Selections instead of branches: in a sweep the statuses follow no pattern a processor could predict.
+        1 => {
+            let normal = -b[0] / w[(0, 0)];
+            vector(if normal > T::zero() { normal } else { T::zero() }, [T::zero(); 2])
+        }
         2 => planar(w, b, friction),
+        _ if b[0] >= T::zero() => SVector::zeros(),
+        _ if friction == T::zero() => vector(-b[0] / w[(0, 0)], [T::zero(); 2]),
         _ => spatial(w, b, friction, alpha),
     }
 }
@@ -72,13 +73,15 @@ fn planar<T: Scalar, const D: usize>(w: &SMatrix<T, D, D>, b: &SVector<T, D>, fr
     let side = if beta > T::zero() { -friction } else { friction };
     // |r_T| ≤ μ r_N at α = 0, multiplied out; the stiffness is that of the slide r_T = ±μ r_N.
     let stiffness = nn + side * nt;
-    if ComplexField::abs(beta) * stiffness <= -friction * b[0] * s {
-        // Also the answer where W_TT = 0 = β, which leaves 0/0.
-        let tangential = if beta == T::zero() { beta } else { -beta / s };
-        return vector(-(b[0] + nt * tangential) * inverse, [tangential, T::zero()]);
-    }
-    let normal = -b[0] / stiffness;
-    vector(normal, [side * normal, T::zero()])
+    let sticks = ComplexField::abs(beta) * stiffness <= -friction * b[0] * s;
+    // β = 0 also where W_TT = 0, which would leave 0/0.
+    let stuck = if beta == T::zero() { T::zero() } else { -beta / s };
+    let sliding = -b[0] / stiffness;
+    let tangential = if sticks { stuck } else { side * sliding };
+    let normal = if sticks { -(b[0] + nt * stuck) * inverse } else { sliding };
+    let closed = b[0] < T::zero();
+    let select = |x: T| if closed { x } else { T::zero() };
+    vector(select(normal), [select(tangential), T::zero()])
 }
 
 /// The data of one contact with r_N eliminated.
@@ -146,6 +149,9 @@ impl<T: Scalar> Eliminated<T> {
         }
         let inverse = T::one() / determinant;
         let t = self.solve(alpha, inverse, self.beta);
+        if is_round(determinant, p + q) {
+            return t;
+        }
         let rest = [self.beta[0] + p * t[0] + c1 * t[1], self.beta[1] + c2 * t[0] + q * t[1]];
         let correction = self.solve(alpha, inverse, rest);
         [t[0] + correction[0], t[1] + correction[1]]
@@ -189,6 +195,12 @@ impl<T: Scalar> Eliminated<T> {
     }
 }
 
+/// Whether a 2×2 matrix has a condition number below about 14, so that its explicit inverse is as good as elimination.
+#[inline(always)]
+fn is_round<T: Scalar>(determinant: T, trace: T) -> bool {
+    determinant > lit::<T>(0.0625) * trace * trace
+}
+
 #[inline(always)]
 fn dot<T: Scalar>(x: [T; 2], y: [T; 2]) -> T {
     x[0] * y[0] + x[1] * y[1]
@@ -210,6 +222,11 @@ fn spatial<T: Scalar, const D: usize>(
     if contact.beta == [T::zero(); 2] {
         return vector(contact.normal, [T::zero(); 2]);
     }
+    if *alpha > T::zero()
+        && let Some(r) = slide_again(&contact, friction, w, alpha)
+    {
+        return r;
+    }
     let floor = floor(w[(1, 1)] + w[(2, 2)]);
     let (least, determinant) = match contact.determinant(T::zero(), floor) {
         Some(determinant) => (T::zero(), Some(determinant)),
@@ -219,7 +236,7 @@ fn spatial<T: Scalar, const D: usize>(
     if let Some(determinant) = determinant {
         let t = contact.tangential(least, determinant);
         let n = contact.normal(t);
-        if norm(t) <= friction * n {
+        if n >= T::zero() && dot(t, t) <= friction * friction * n * n {
             return vector(n, t);
         }
         outside = Some(t);
@@ -233,6 +250,50 @@ fn spatial<T: Scalar, const D: usize>(
     // Where the slide has little stiffness of its own, b_N/stiffness would magnify the rounding of the direction.
     let normal = if stiffness > lit::<T>(0.1) * w[(0, 0)] { -b[0] / stiffness } else { length / friction };
     vector(normal, [direction[0] * normal, direction[1] * normal])
+}
+
+/// The slide of a contact that slid before, from its last α: at most three evaluations, `None` where they do not settle
+/// it or the block is not round enough for them.
+#[inline(always)]
+fn slide_again<T: Scalar, const D: usize>(
+    contact: &Eliminated<T>,
+    friction: T,
+    w: &SMatrix<T, D, D>,
+    alpha: &mut T,
+) -> Option<SVector<T, D>> {
+    let trace = contact.s[0][0] + contact.s[1][1];
+    if w[(0, 0)] < lit::<T>(0.05) * (w[(1, 1)] + w[(2, 2)]) {
+        return None;
+    }
+    let mut current = *alpha;
+    for _ in 0..3 {
+        let twice = trace + current + current;
+        let determinant = contact.determinant(current, T::zero())?;
+        if !is_round(determinant, twice) {
+            return None;
+        }
+        let inverse = T::one() / determinant;
+        let t = contact.solve(current, inverse, contact.beta);
+        let dt = contact.solve(current, inverse, t);
+        let (n, dn) = (contact.normal(t), -dot(contact.coupling, dt));
+        let length = T::one() / norm(t);
+        let h = friction * n * length - T::one();
+        let slope = friction * length * (dn - n * dot(t, dt) * length * length);
+        let step = h / slope;
+        let next = current - step;
+        if !(slope > T::zero() && next > T::zero()) {
+            return None;
+        }
+        let reach = step * twice * inverse;
+        let last = lit::<T>(0.01) * epsilon::<T>();
+        if h * h <= last && reach * reach <= last {
+            *alpha = next;
+            let t = [t[0] - step * dt[0], t[1] - step * dt[1]];
+            return Some(vector(contact.normal(t), t));
+        }
+        current = next;
+    }
+    None
 }
 
 /// r_T of the slide (its length not yet exact): Newton on h(α) = μ r_N/‖r_T‖ − 1 inside a bracket low < α < high

@@ -111,7 +111,7 @@ impl<T: Scalar> Multifrontal<T> {
             for column in self.dense[n * p..].chunks_exact(n.max(1)) {
                 self.factors.extend_from_slice(&column[..p]);
             }
-            if n > p || self.symbolic.supernodes[s].border.len() > 0 {
+            if n > p || !self.symbolic.supernodes[s].border.is_empty() {
                 for column in self.dense[n * p..].chunks_exact(n.max(1)) {
                     self.stack.extend_from_slice(&column[p..]);
                 }

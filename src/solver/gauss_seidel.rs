@@ -87,7 +87,7 @@ impl<T: Scalar> GaussSeidel<T> {
         &self.sizes
     }
 
-    /// One sweep; returns Σ ‖λ_max(W_αα) Δr_α‖², what the sweep changed as a velocity squared.
+    /// One sweep; returns Σ ‖W_αα Δr_α‖², what the sweep changed as a velocity squared.
     ///
     /// A problem in factored form is swept with H and the velocities where M̂ is block-diagonal; a coupled M̂ would
     /// need a solve per contact, so that W is formed.
@@ -97,13 +97,13 @@ impl<T: Scalar> GaussSeidel<T> {
         r: &mut [SVector<T, D>],
         reverse: bool,
     ) -> T {
-        let Self { sizes, slips, product } = self;
+        let Self { slips, product, .. } = self;
         match problem.factors().and_then(|factors| Some((factors, factors.weighted()?))) {
             Some((factors, weighted)) => {
                 let velocities = factors.velocities(r, product);
-                run(Bodies { factors, weighted, velocities }, problem, r, reverse, sizes, slips)
+                run(Bodies { factors, weighted, velocities }, problem, r, reverse, slips)
             }
-            None => run(Formed(problem.delassus()), problem, r, reverse, sizes, slips),
+            None => run(Formed(problem.delassus()), problem, r, reverse, slips),
         }
     }
 }
@@ -114,7 +114,6 @@ fn run<T: Scalar, const D: usize>(
     problem: &ConeProblem<T, D>,
     r: &mut [SVector<T, D>],
     reverse: bool,
-    sizes: &[T],
     slips: &mut [T],
 ) -> T {
     let (b, friction, m) = (problem.b(), problem.friction(), r.len());
@@ -122,13 +121,13 @@ fn run<T: Scalar, const D: usize>(
     for k in 0..m {
         let i = if reverse { m - 1 - k } else { k };
         let old = r[i];
-        let block = rows.diagonal(i);
+        let block = *rows.diagonal(i);
         let others = rows.product(i, r) + (b[i] - block * old);
-        let next = solve_one_contact_from(block, &others, friction[i], &mut slips[i]);
+        let next = solve_one_contact_from(&block, &others, friction[i], &mut slips[i]);
         let change = next - old;
         r[i] = next;
         rows.change(i, &change);
-        total += (change * sizes[i]).norm_squared();
+        total += (block * change).norm_squared();
     }
     total
 }

@@ -184,13 +184,6 @@ impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
                 smallest = residual;
                 best.copy_from_slice(&inner.r);
             }
-            if std::env::var("DBG").is_ok() {
-                eprintln!(
-                    "{steps} a {:e} taken {taken} {outcome:?} res {:e}",
-                    crate::scalar::to_f64(schedule.a),
-                    crate::scalar::to_f64(residual)
-                );
-            }
             let gentle = steps > PATIENCE;
             match outcome {
                 Outcome::Finished => {}

@@ -27,7 +27,7 @@ pub(in crate::solver) struct Scaled<T: Scalar, const D: usize> {
 #[derive(Debug, Clone)]
 enum System<T: Scalar, const D: usize> {
     Contact(ContactSpace<T, D>),
-    Body(BodySpace<T, D>),
+    Body(Box<BodySpace<T, D>>),
 }
 
 impl<T: Scalar, const D: usize> Scaled<T, D> {
@@ -68,7 +68,7 @@ impl<T: Scalar, const D: usize> Scaled<T, D> {
             (system, Some(factors)) => {
                 let mut body = BodySpace::new();
                 body.prepare(factors, &self.scale);
-                *system = System::Body(body);
+                *system = System::Body(Box::new(body));
             }
         }
         self.factored = 0;
