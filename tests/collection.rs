@@ -124,7 +124,7 @@ fn what_is_not_solved_comes_with_its_certificate_and_exit_code() {
     let file = squeezed(folder.path());
     let options = SolveOptions { max_seconds: Some(2.0), write_solution: true, ..SolveOptions::default() };
     let mut out = Vec::new();
-    let solved = solve_files(&[file.clone()], &options, false, &mut out).expect("a known solver");
+    let solved = solve_files(std::slice::from_ref(&file), &options, false, &mut out).expect("a known solver");
     assert_eq!(solved.exit_code(), 1);
     let report = &solved.reports[0];
     assert!(!report.converged && report.scaled_residual > 1e-10);
@@ -236,6 +236,13 @@ fn a_comparison_tells_times_curves_profiles_and_ratios() {
     assert_eq!(lines("ratios.csv"), 1 + 3);
     assert_eq!(lines("profile.csv"), 1 + 6 + 2);
     assert!(lines("curves.csv") > 6);
+
+    #[cfg(feature = "figures")]
+    {
+        let svg = benchmark.profile_figure().svg().expect("a figure");
+        assert!(["hybrid", "nsgs", "peer/A"].iter().all(|name| svg.contains(name)));
+        assert!(benchmark.curve_figure("planar-ten").svg().expect("a figure").contains("nsgs"));
+    }
 
     std::fs::write(&peer, "not JSON").expect("a writable folder");
     assert!(matches!(benchmark.add_peer("peer", &peer), Err(CollectionError::Peer { line: 1, .. })));

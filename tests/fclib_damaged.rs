@@ -95,7 +95,7 @@ fn sizes_that_contradict_each_other_are_refused() {
 fn absurd_counts_are_refused_before_anything_is_allocated() {
     for count in [-1, i32::MIN] {
         assert!(
-            matches!(refusal(|lie| lie.w.m = count), FclibError::Count { value, .. } if value == count.into())
+            matches!(refusal(|lie| lie.w.m = count), FclibError::Count { value, .. } if value == i64::from(count))
         );
         assert!(matches!(refusal(|lie| lie.w.nzmax = count), FclibError::Count { .. }));
     }
@@ -106,7 +106,10 @@ fn absurd_counts_are_refused_before_anything_is_allocated() {
     assert!(matches!(refusal(|lie| (lie.w.nz, lie.w.nzmax) = (huge, huge)), FclibError::Length { .. }));
     for dimension in [-3, 0, 1, 4, i32::MAX] {
         let error = refusal(|lie| lie.spacedim = dimension);
-        assert!(matches!(error, FclibError::Dimension { value, .. } if value == dimension.into()), "{error}");
+        assert!(
+            matches!(error, FclibError::Dimension { value, .. } if value == i64::from(dimension)),
+            "{error}"
+        );
     }
     assert!(matches!(refusal(|lie| lie.w.nz = -3), FclibError::Storage { value: -3, .. }));
     let guesses = |file: &mut FileBuilder| {
@@ -149,7 +152,7 @@ fn indices_and_starts_stay_inside_the_matrix() {
     for index in [-1, 4, i32::MAX] {
         let error = refusal(|lie| lie.w.i[2] = index);
         let FclibError::Index { position: 2, value, bound: 4, .. } = error else { panic!("{error}") };
-        assert_eq!(value, index.into());
+        assert_eq!(value, i64::from(index));
     }
     for (position, value) in [(0, 1), (2, 0), (3, 5), (4, -1)] {
         let error = refusal(|lie| lie.w.p[position] = value);
