@@ -8,11 +8,11 @@ mod kane;
 #[path = "mechanics/stream.rs"]
 mod stream;
 
-use impact::{Impact, impact, law, solver};
+use impact::{Impact, impact, law, solver, try_impact};
 use kane::Pendulum;
 use nalgebra::{Matrix2, Vector2};
 use nonsmooth::cone::{BlockMatrix, ConeProblem, Status, status};
-use nonsmooth::solver::{ConeSolver, SOLVERS};
+use nonsmooth::solver::{ConeSolver, SOLVERS, SolveError};
 use stream::Stream;
 
 /// W of a slender rod, m = l = 1, at the angle γ from the upright: I = 1/12, levers (½ sin γ, ½ cos γ).
@@ -26,9 +26,9 @@ fn tip(gamma: f64, v: [f64; 3]) -> Vector2<f64> {
     Vector2::new(v[1] + 0.5 * gamma.sin() * v[2], v[0] + 0.5 * gamma.cos() * v[2])
 }
 
-/// |x − y| ≤ 64 ε (|y| + 1): a dozen operations on numbers of size 1, and solvers stopped at 45 ε.
+/// |x − y| ≤ 1.5e-13: the solvers stop at 1e-14 ‖b‖ with ‖b‖ ≤ 2.3, which the condition of W, at most 6, magnifies.
 fn assert_close(what: &str, x: f64, y: f64) {
-    assert!((x - y).abs() <= 64.0 * f64::EPSILON * (y.abs() + 1.0), "{what}: {x:.17e}, exact {y:.17e}");
+    assert!((x - y).abs() <= 1.5e-13, "{what}: {x:.17e}, exact {y:.17e}");
 }
 
 #[test]
@@ -45,8 +45,7 @@ fn newton_lifts_the_energy_of_the_exact_rod_where_fremond_keeps_it() {
     for (name, e, [normal, tangential], energy) in cases {
         for description in SOLVERS {
             let place = format!("{name}, e = {e}, {}", description.name);
-            let rod =
-                impact(&w, &before, &before, &*law(name, e, 0.5), 0.5, &mut *solver(description.name));
+            let rod = impact(&w, &before, &*law(name, e, 0.5), 0.5, &mut *solver(description.name));
             assert_close(&format!("{place}: p_N"), rod.percussion[0], normal);
             assert_close(&format!("{place}: p_T"), rod.percussion[1], tangential);
             assert_close(&format!("{place}: ΔE"), rod.energy_change, energy);
@@ -61,13 +60,14 @@ fn newton_creates_energy_only_above_the_threshold_of_restitution() {
     let w = rod(gamma);
     let threshold = (1.0 - w[(0, 1)] * w[(0, 1)] / (w[(0, 0)] * w[(1, 1)])).sqrt();
     assert_close("threshold", threshold, 0.8);
-    // The worst ratio of velocities and friction: sliding before, stuck after, is where friction turns u_T round.
+    // The worst over slip before the impact and friction.
     let worst = |e: f64| {
-        let cases = (-400..=400).flat_map(|i| (0..=40).map(move |j| (f64::from(i) / 100.0, f64::from(j) / 10.0)));
+        let cases =
+            (-400..=400).flat_map(|i| (0..=40).map(move |j| (f64::from(i) / 100.0, f64::from(j) / 10.0)));
         let energy = |(slip, friction): (f64, f64)| {
             let before = Vector2::new(-1.0, slip);
             let mut nsgs = solver("nsgs");
-            impact(&w, &before, &before, &*law("newton", e, friction), 0.5, &mut *nsgs).energy_change
+            impact(&w, &before, &*law("newton", e, friction), 0.5, &mut *nsgs).energy_change
         };
         cases.map(energy).fold(f64::NEG_INFINITY, f64::max)
     };
@@ -114,6 +114,10 @@ fn the_example_of_kanes_pendulum_runs() {
     kane::main().expect("the example runs");
 }
 
+/// Solvers that follow the residual downhill: at rest it is 4e-4 of the solution's, and they may end there. They must
+/// then say so.
+const FIRST_ORDER: [&str; 2] = ["admm", "extragradient"];
+
 /// Painlevé's rod: tan γ = ½, μ = 2 > W_NN/W_NT = 4/3, sliding at u_T = 1 under g = 10 over a step h = 1e-4.
 #[test]
 fn the_painleve_rod_sticks_without_collision() {
@@ -127,7 +131,12 @@ fn the_painleve_rod_sticks_without_collision() {
     for (name, percussion, slip, work) in cases {
         for description in SOLVERS {
             let place = format!("{name}, {}", description.name);
-            let rod = impact(&w, &before, &free, &*law(name, 0.5, 2.0), 0.5, &mut *solver(description.name));
+            let law = law(name, 0.5, 2.0);
+            let rod = match try_impact(&w, &before, &free, &*law, 0.5, &mut *solver(description.name)) {
+                Ok(rod) => rod,
+                Err(SolveError::NotConverged { .. }) if FIRST_ORDER.contains(&description.name) => continue,
+                Err(error) => panic!("{place}: {error}"),
+            };
             assert_eq!(status(&rod.percussion, 2.0, 1e-9), Status::Stick, "{place}");
             assert_close(&format!("{place}: p_N"), rod.percussion[0], percussion[0]);
             assert_close(&format!("{place}: p_T"), rod.percussion[1], percussion[1]);
@@ -188,7 +197,7 @@ impl RandomRod {
 
     fn impact(&self, name: &str, theta: f64, solver: &mut dyn ConeSolver<f64, 2>) -> Impact {
         let law = law(name, self.restitution, self.friction);
-        impact(&self.w, &self.before, &self.before, &*law, theta, solver)
+        impact(&self.w, &self.before, &*law, theta, solver)
     }
 
     /// What is more than rounding, against the energy 2 u⁻·W⁻¹u⁻ that the impact may turn over.
@@ -198,12 +207,38 @@ impl RandomRod {
     }
 }
 
+/// Take-off, stick and the two slides that solve the cone problem of one planar contact.
+fn solutions(w: &Matrix2<f64>, b: &Vector2<f64>, mu: f64) -> usize {
+    let stick = -w.try_inverse().expect("W ≻ 0") * b;
+    let slides = [-mu, mu].into_iter().filter(|side| {
+        let normal = -b[0] / (w[(0, 0)] + side * w[(0, 1)]);
+        let slip = b[1] + (w[(0, 1)] + side * w[(1, 1)]) * normal;
+        normal > 0.0 && slip * side < 0.0
+    });
+    usize::from(b[0] >= 0.0) + usize::from(stick[1].abs() <= mu * stick[0]) + slides.count()
+}
+
+#[test]
+fn a_rod_has_one_solution_or_in_painleves_case_three() {
+    const DRAWS: usize = 100_000;
+    let (mut stream, mut three) = (Stream(1895), 0);
+    for _ in 0..DRAWS {
+        let RandomRod { w, before, friction, .. } = RandomRod::draw(&mut stream);
+        // The free motion may open the contact as well as close it.
+        let b = Vector2::new(before[0] * stream.uniform(-1.0, 1.0), before[1]);
+        let count = solutions(&w, &b, friction);
+        let painleve = b[0] >= 0.0 && w[(0, 0)] <= friction * w[(0, 1)].abs();
+        assert!(count == 1 || (count == 3 && painleve), "{count} solutions: W {w} b {b} μ {friction}");
+        three += usize::from(count == 3);
+    }
+    assert!(three > DRAWS / 1000, "{three} of {DRAWS} have three solutions");
+}
+
 /// `count` of `draws` agrees with a published fraction that is exact to `digit`: 5 σ of the binomial distribution.
 fn assert_fraction(what: &str, count: usize, draws: usize, fraction: f64, digit: f64) {
     let n = draws as f64;
     let bound = 5.0 * (n * fraction * (1.0 - fraction)).sqrt() + n * digit;
     let miss = count as f64 - n * fraction;
-    println!("{what}: {:.4} %, published {:.4} %", 100.0 * count as f64 / n, 100.0 * fraction);
     assert!(miss.abs() <= bound, "{what}: {count} of {draws}, published {fraction}, bound ±{bound:.1}");
 }
 

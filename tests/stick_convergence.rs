@@ -66,7 +66,11 @@ fn the_event_driven_motion_is_the_published_limit() {
         assert_eq!(stick.flights.len(), 3, "{}: two impacts", limit.law);
         let close = |what: &str, computed: f64, printed: f64, amplified: f64| {
             let miss = (computed - printed).abs();
-            assert!(miss <= amplified * digits(printed), "{}: {what} {computed:.17e}, {printed:e}", limit.law);
+            assert!(
+                miss <= amplified * digits(printed),
+                "{}: {what} {computed:.17e}, {printed:e}",
+                limit.law
+            );
         };
         for (flight, (time, work)) in stick.flights[1..].iter().zip(limit.times.iter().zip(limit.works)) {
             // The root of the gap is known to ε·0.5 m / 0.47 m/s.
@@ -96,7 +100,7 @@ struct Distance {
     /// Of t₁ and t₂, and of w_T at both.
     times: f64,
     works: f64,
-    /// Of the state at t = 0.2 s.
+    /// Of the last state.
     end_q: f64,
     end_v: f64,
 }
@@ -132,16 +136,18 @@ fn distance(scene: &Scene, limit: &Limit, stick: &Stick) -> Distance {
 #[test]
 fn the_scheme_converges_to_the_event_driven_motion_at_first_order() {
     type Error = fn(&Distance) -> f64;
-    // Error, order, and C of error ≤ C h.
+    // Error, order, and C of error ≤ C h. An impact is placed up to a step late, and at e = 1 leaves the tip up to
+    // u_N h off the parabola and g h off its speed: the next one is up to (1 + 1 + 2) h late, u_N⁻ is off by g h, p by
+    // 2 g h/W_NN ≤ 8 h, the spin by 6 times that, and w_T by g h p_T. Those of q and v are the published ones.
     let errors: [(&str, Error, f64, f64); 8] = [
         ("q in L∞", |d| d.q, 1.0, 1.8),
         ("v in L1", |d| d.v, 1.0, 6.0),
         ("v in L2", |d| d.v_square, 0.5, f64::INFINITY),
         ("v in L∞", |d| d.v_largest, 0.0, f64::INFINITY),
-        ("t", |d| d.times, 1.0, 3.0),
-        ("w_T", |d| d.works, 1.0, 0.02),
-        ("q(0.2)", |d| d.end_q, 1.0, 1.0),
-        ("v(0.2)", |d| d.end_v, 1.0, 50.0),
+        ("t", |d| d.times, 1.0, 4.0),
+        ("w_T", |d| d.works, 1.0, 0.037),
+        ("q at the end", |d| d.end_q, 1.0, 1.8),
+        ("v at the end", |d| d.end_v, 1.0, 48.0),
     ];
     let steps = log_spaced(1e-5, 1e-3, 150);
     for limit in &LIMITS {
@@ -158,7 +164,10 @@ fn the_scheme_converges_to_the_event_driven_motion_at_first_order() {
             let error: Vec<f64> = distances.iter().map(error).collect();
             let measured = order(&steps, &error);
             let worst = error.iter().zip(&steps).map(|(error, h)| error / h).fold(0.0, f64::max);
-            println!("{} {what}: order {measured:.3}, error ≤ {worst:.4} h", limit.law);
+            let place = format!("{}: {what}: order {measured:.3}, error ≤ {worst:.4} h", limit.law);
+            // The saw-tooth spreads ln(error) by about 0.8, 150 steps over two decades the slope by 0.05: three of it.
+            assert!((measured - expected).abs() <= 0.15, "{place}");
+            assert!(worst <= constant, "{place}");
         }
     }
 }

@@ -7,8 +7,8 @@ mod random_lagrangian;
 mod stream;
 
 use nonsmooth::laws::{self, ContactLaw, Description, LAWS};
-use nonsmooth::scheme::{Settings, SetupError, ThetaScheme};
-use nonsmooth::solver::{self, ConeSolver, SOLVERS, Stopping};
+use nonsmooth::scheme::{Settings, SetupError, StepError, ThetaScheme};
+use nonsmooth::solver::{self, ConeSolver, SOLVERS, SolveError, Stopping};
 use nonsmooth::system::Lagrangian;
 use random_lagrangian::{RandomLagrangian, Storage};
 use stream::Stream;
@@ -71,8 +71,8 @@ fn without_contact_theta_above_one_half_dissipates_and_below_creates() {
     }
 }
 
-/// Share of the range of a parameter from which friction is drawn, μ ≤ ½: cone problems of several contacts with
-/// larger friction may be too hard for a solver, which then says so; they are the matter of the solvers' own tests.
+/// Share of its range from which friction is drawn, μ ≤ ½: with more, cone problems of several contacts may be too
+/// hard for a solver, which is the matter of the solvers' own tests.
 const FRICTION_SHARE: f64 = 0.25;
 
 /// Instances of a registered law, one per interface: the same but for the friction, so that the intervals they claim
@@ -98,13 +98,23 @@ fn draw_theta<const D: usize>(laws: &[Law<D>], stream: &mut Stream) -> (f64, boo
     (least + stream.uniform(0.0, 1.0) * (largest - least), true)
 }
 
-/// Steps a scheme, checks (56) and the contact work, and counts the impulses.
-fn check_energy<const D: usize>(place: &str, mut scheme: Scheme<D>, claimed: bool, steps: usize) -> usize {
+/// What a run of random contacts came to.
+struct Checked {
+    impulses: usize,
+    /// Whether the solver gave up on a problem before the end.
+    given_up: bool,
+}
+
+/// Steps a scheme, checks (56) and the contact work, and counts the impulses. The default solver may not give up.
+fn check_energy<const D: usize>(place: &str, mut scheme: Scheme<D>, claimed: bool, steps: usize) -> Checked {
     let (mut impulses, dofs) = (0, scheme.state().q.len() as f64);
     for _ in 0..steps {
         let before = scheme.last_step().energies.mechanical();
-        if let Err(error) = scheme.step() {
-            panic!("{place}: {error}");
+        if let Some(error) = scheme.step().err() {
+            let not_solved =
+                matches!(error, StepError::Solve { source: SolveError::NotConverged { .. }, .. });
+            assert!(not_solved && scheme.solver().name() != solver::DEFAULT, "{place}: {error}");
+            return Checked { impulses, given_up: true };
         }
         let step = scheme.last_step();
         let (balance, energy) = (step.balance, before.max(step.energies.mechanical()));
@@ -124,29 +134,32 @@ fn check_energy<const D: usize>(place: &str, mut scheme: Scheme<D>, claimed: boo
         let imbalance = balance.imbalance.abs();
         assert!(imbalance <= roundoff, "{place}: (56) leaves {imbalance:e}, round-off {roundoff:e}");
     }
-    impulses
+    Checked { impulses, given_up: false }
 }
 
 fn energy_of_random_systems<const D: usize>() {
     const STEPS: usize = 200;
     let mut stream = Stream(D as u64);
-    let (mut impulses, mut runs) = (0, 0);
+    let (mut impulses, mut runs, mut given_up) = (0, 0, 0);
     for description in LAWS {
         for solver in SOLVERS {
             for storage in STORAGES {
                 let state = RandomLagrangian::<D>::draw(&mut stream, 6, 4, storage == Storage::Diagonal);
                 let laws = draw::<D>(description, &mut stream, 4);
                 let (theta, claimed) = draw_theta(&laws, &mut stream);
-                let place = format!("{}, {}, D = {D}, θ = {theta}, {storage:?}", description.name, solver.name);
+                let place =
+                    format!("{}, {}, D = {D}, θ = {theta}, {storage:?}", description.name, solver.name);
                 let settings = Settings::new(theta, 0.01);
                 let scheme = scheme(state.system(storage), laws, solver.name, settings, &state);
                 let scheme = scheme.unwrap_or_else(|error| panic!("{place}: {error}"));
-                impulses += check_energy(&place, scheme, claimed, STEPS);
+                let run = check_energy(&place, scheme, claimed, STEPS);
+                impulses += run.impulses;
+                given_up += usize::from(run.given_up);
                 runs += 1;
             }
         }
     }
-    println!("D = {D}: {impulses} impulses in {runs} runs");
+    assert!(given_up <= runs / 10, "D = {D}: solvers gave up in {given_up} of {runs} runs");
     assert!(impulses > runs * STEPS / 4, "D = {D}: {impulses} impulses in {runs} runs of {STEPS} steps");
 }
 
@@ -195,10 +208,12 @@ fn storages_agree<const D: usize>() {
             let far = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             let apart = runs[1..].iter().map(|other| far(&runs[0], other)).fold(0.0, f64::max);
             let size = runs[0].iter().fold(0.0, |size: f64, x| size.max(x.abs()));
-            println!("{} D = {D} diagonal {diagonal}: {apart:e} of {size}", description.name);
-            // What the solver leaves open, step after step, in a motion that contact keeps from diverging.
-            let bound = STEPS as f64 * TOLERANCE * size;
-            assert!(apart <= bound, "{}, D = {D}, diagonal: {diagonal}: {apart:e}", description.name);
+            // What the solver leaves open in a step; damping and contact keep the steps from adding up.
+            assert!(
+                apart <= TOLERANCE * size,
+                "{}, D = {D}, diagonal: {diagonal}: {apart:e}",
+                description.name
+            );
         }
     }
 }
@@ -216,7 +231,7 @@ fn a_theta_outside_the_claimed_interval_is_refused_by_name_and_accepted_on_reque
     let state = RandomLagrangian::<2>::draw(&mut stream, 6, 3, false);
     let mut refused = 0;
     for description in LAWS {
-        for theta in [0.0, 0.3, 0.49, 0.5, 0.51, 0.8, 1.0] {
+        for theta in [0.1, 0.3, 0.49, 0.5, 0.51, 0.8, 1.0] {
             let laws = || draw::<2>(description, &mut Stream(21), 3);
             let claim = laws()[0].dissipative_theta();
             let outside = claim.as_ref().is_some_and(|claim| !claim.contains(&theta));
@@ -225,11 +240,13 @@ fn a_theta_outside_the_claimed_interval_is_refused_by_name_and_accepted_on_reque
             match (built, outside) {
                 (Ok(_), false) => (),
                 (Err(error), true) => {
-                    let (min, max) = claim.map(|claim| (*claim.start(), *claim.end())).expect("outside a claim");
+                    let (min, max) =
+                        claim.map(|claim| (*claim.start(), *claim.end())).expect("outside a claim");
                     let law = description.name.to_string();
                     assert_eq!(error, SetupError::UnprovedTheta { law, interface: 0, theta, min, max });
                     let message = error.to_string();
-                    for part in [description.name.into(), format!("θ = {theta}"), format!("[{min}, {max}]")] {
+                    for part in [description.name.into(), format!("θ = {theta}"), format!("[{min}, {max}]")]
+                    {
                         assert!(message.contains(&part), "`{message}` names {part}");
                     }
                     refused += 1;
@@ -240,8 +257,8 @@ fn a_theta_outside_the_claimed_interval_is_refused_by_name_and_accepted_on_reque
             let place = format!("{}, θ = {theta}, allowed", description.name);
             let allowed = scheme(state.system(Storage::Dense), laws(), "nsgs", settings, &state);
             // The balance does not care for the claim.
-            let impulses = check_energy(&place, allowed.expect("the opt-out accepts any θ"), false, 50);
-            assert!(impulses > 10, "{place}: {impulses} impulses");
+            let run = check_energy(&place, allowed.expect("the opt-out accepts any θ"), false, 50);
+            assert!(run.impulses > 10, "{place}: {} impulses", run.impulses);
         }
     }
     assert!(refused > LAWS.len(), "{refused} refusals");

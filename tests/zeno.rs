@@ -89,7 +89,6 @@ fn the_impacts_converge_to_the_geometric_series() {
                 assert!(*error <= bound, "{law}, h = {h}, impact {n}: {error:e}");
             }
             let order = order(&steps, &errors);
-            println!("{law} {n} {order}");
             assert!((order - 1.0).abs() <= 0.15, "{law}, impact {n}: order {order}");
         }
     }
@@ -117,12 +116,11 @@ fn after_the_last_impact_the_ball_rests_within_first_order_of_the_step() {
                 assert!(v.abs() <= 2.0 * GRAVITY * late, "{law}, h = {h}, t = {time}: v = {v:e}");
             }
             heights.push(largest(&run, 1));
-            speeds.push(largest(&run, 2));
+            // Late by N steps: N is not part of the order.
+            speeds.push(largest(&run, 2) / bounces(h));
         }
         for (what, errors) in [("y", heights), ("v", speeds)] {
             let order = order(&steps, &errors);
-            let worst = errors.iter().zip(&steps).map(|(e, h)| e / h).fold(0.0, f64::max);
-            println!("{law} {what} {order} {worst}");
             assert!((order - 1.0).abs() <= 0.15, "{law}: {what} of order {order}");
         }
     }
@@ -139,5 +137,8 @@ fn on_the_floor_the_papers_rule_sinks_and_the_predicted_gap_does_not() {
         let [end, last, _] = run.rest[run.rest.len() - 1];
         (y - last) / (end - time)
     };
-    println!("{} {} {}", sinking_speed(h), sink(ActivationRuleName::MoreauJean), sink(ActivationRuleName::PredictedGap));
+    let (paper, gap) = (sink(ActivationRuleName::MoreauJean), sink(ActivationRuleName::PredictedGap));
+    // The two steps of the alternation, in the 3,000 observed.
+    assert!((paper / sinking_speed(h) - 1.0).abs() <= 1e-3, "{paper:e}, exact {:e}", sinking_speed(h));
+    assert_eq!(gap, 0.0);
 }

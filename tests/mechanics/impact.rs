@@ -3,7 +3,7 @@
 use nalgebra::{Matrix2, Vector2};
 use nonsmooth::cone::{BlockMatrix, ConeProblem};
 use nonsmooth::laws::{self, ContactLaw};
-use nonsmooth::solver::{self, ConeSolver, Stopping};
+use nonsmooth::solver::{self, ConeSolver, SolveError, Stopping};
 
 /// What the contact does: percussion p (N s), velocity u⁺ (m/s), works u_{k+θ}·p (J), all in the order (N, T).
 #[derive(Debug, Clone, Copy)]
@@ -27,24 +27,34 @@ pub(crate) fn solver(name: &str) -> Box<dyn ConeSolver<f64, 2>> {
 
 /// The impact of a contact with Delassus operator `w`, velocity `before` (u_k) and velocity `free` without
 /// percussion, the two being equal where nothing but the impact acts.
-pub(crate) fn impact(
+pub(crate) fn try_impact(
     w: &Matrix2<f64>,
     before: &Vector2<f64>,
     free: &Vector2<f64>,
     law: &dyn ContactLaw<f64, 2>,
     theta: f64,
     solver: &mut dyn ConeSolver<f64, 2>,
-) -> Impact {
+) -> Result<Impact, SolveError> {
     let b = free + law.evaluate(before, theta).b_shift(before);
     let blocks = BlockMatrix::from_fn(1, |_, _| *w);
-    let problem = ConeProblem::new(blocks, vec![b], vec![law.friction()]).expect("W is positive definite");
+    let problem = ConeProblem::new(blocks, vec![b], vec![law.friction()])?;
     let mut p = [Vector2::zeros()];
-    if let Err(error) = solver.solve(&problem, &[Vector2::zeros()], &mut p) {
-        panic!("W = {w:?}, b = {b:?}, μ = {}: {error}", law.friction());
-    }
+    solver.solve(&problem, &[Vector2::zeros()], &mut p)?;
     let [percussion] = p;
     let after = w * percussion + free;
     let work = (before * (1.0 - theta) + after * theta).component_mul(&percussion);
     let energy_change = work.sum() + (0.5 - theta) * percussion.dot(&(w * percussion));
-    Impact { percussion, after, work, energy_change }
+    Ok(Impact { percussion, after, work, energy_change })
+}
+
+/// [`try_impact`] of a contact on which nothing acts but the impact.
+pub(crate) fn impact(
+    w: &Matrix2<f64>,
+    before: &Vector2<f64>,
+    law: &dyn ContactLaw<f64, 2>,
+    theta: f64,
+    solver: &mut dyn ConeSolver<f64, 2>,
+) -> Impact {
+    try_impact(w, before, before, law, theta, solver)
+        .unwrap_or_else(|error| panic!("W = {w:?}, u⁻ = {before:?}, {law:?}: {error}"))
 }
