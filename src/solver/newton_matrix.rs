@@ -12,7 +12,7 @@ use crate::cone::BlockMatrix;
 use crate::scalar::{Scalar, all_finite};
 
 /// Systems of up to this many scalar rows are dense whatever the graph of W.
-const SMALL: usize = 96;
+const SMALL: usize = 200;
 
 /// Scratch memory of the factorisations.
 #[derive(Default)]
@@ -309,7 +309,7 @@ mod tests {
 
         #[test]
         fn sparse_and_dense_systems_have_the_solution(
-            contacts in 60usize..80,
+            contacts in 110usize..130,
             values in proptest::collection::vec(-1.0..1.0f64, 53),
         ) {
             let row = |i: usize| (i % 3 != 1).then(|| {
