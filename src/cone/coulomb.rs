@@ -22,23 +22,62 @@ pub fn de_saxce<T: Scalar, const D: usize>(w: &SVector<T, D>, friction: T) -> SV
     phi
 }
 
-/// Orthogonal projection on the Coulomb cone K of aperture μ; with μ = 0 the half-line r_N ≥ 0, r_T = 0.
-#[inline]
-pub fn project<T: Scalar, const D: usize>(x: &SVector<T, D>, friction: T) -> SVector<T, D> {
+/// Where a vector lies, seen from the Coulomb cone.
+enum Place<T> {
+    /// In K.
+    Cone,
+    /// In the polar cone −K*, which projects on the apex.
+    Polar,
+    /// Between the two, with the tangential norm.
+    Between(T),
+}
+
+#[inline(always)]
+fn place<T: Scalar, const D: usize>(x: &SVector<T, D>, friction: T) -> Place<T> {
     let tangential = tangential_norm(x);
     // The sign is a test of its own: with μ = 0 and x_T = 0 the second holds on the negative half-line too.
     if x[0] >= T::zero() && tangential <= friction * x[0] {
-        return *x;
+        Place::Cone
+    } else if x[0] + friction * tangential <= T::zero() {
+        Place::Polar
+    } else {
+        Place::Between(tangential)
     }
-    // In the polar cone −K* (and on its boundary) the projection is the apex.
-    let along = x[0] + friction * tangential;
-    if along <= T::zero() {
-        return SVector::zeros();
-    }
-    let normal = along / (T::one() + friction * friction);
+}
+
+/// The projection of a vector that lies between the cones, on the boundary of K.
+#[inline(always)]
+fn on_boundary<T: Scalar, const D: usize>(x: &SVector<T, D>, friction: T, tangential: T) -> SVector<T, D> {
+    let normal = (x[0] + friction * tangential) / (T::one() + friction * friction);
     let mut p = if tangential > T::zero() { x * (friction * normal / tangential) } else { SVector::zeros() };
     p[0] = normal;
     p
+}
+
+/// Orthogonal projection on the Coulomb cone K of aperture μ; with μ = 0 the half-line r_N ≥ 0, r_T = 0.
+#[inline]
+pub fn project<T: Scalar, const D: usize>(x: &SVector<T, D>, friction: T) -> SVector<T, D> {
+    match place(x, friction) {
+        Place::Cone => *x,
+        Place::Polar => SVector::zeros(),
+        Place::Between(tangential) => on_boundary(x, friction, tangential),
+    }
+}
+
+/// The natural map r − proj_K(r − x): x itself where r − x lies in K and r where it lies in the polar cone, so that
+/// a residual is not lost in the digits of a large r.
+#[inline]
+pub fn natural_map<T: Scalar, const D: usize>(
+    r: &SVector<T, D>,
+    x: &SVector<T, D>,
+    friction: T,
+) -> SVector<T, D> {
+    let z = r - x;
+    match place(&z, friction) {
+        Place::Cone => *x,
+        Place::Polar => *r,
+        Place::Between(tangential) => r - on_boundary(&z, friction, tangential),
+    }
 }
 
 /// Largest eigenvalue of the symmetric part of a D×D block.

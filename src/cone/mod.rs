@@ -17,7 +17,7 @@ mod problem;
 
 pub use block_matrix::BlockMatrix;
 pub use coulomb::{Status, StatusCount};
-pub use coulomb::{de_saxce, largest_eigenvalue, project, status};
+pub use coulomb::{de_saxce, largest_eigenvalue, natural_map, project, status};
 pub(crate) use factored::Product;
 pub use factored::{FactoredDelassus, FactoredError};
 pub use one_contact::{solve_one_contact, solve_one_contact_from};

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use nalgebra::{DMatrix, SVector};
 
-use super::coulomb::{StatusCount, de_saxce, largest_eigenvalue, project, status};
+use super::coulomb::{StatusCount, de_saxce, largest_eigenvalue, natural_map, status};
 use super::factored::Product;
 use super::{BlockMatrix, FactoredDelassus, one_contact};
 use crate::scalar::{Scalar, all_finite, epsilon, lit, to_f64};
@@ -269,10 +269,9 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
         let velocity = self.velocities(r);
         for (i, r_i) in r.iter().enumerate() {
             let phi = de_saxce(&velocity(i), self.friction[i]);
-            natural += (r_i - project(&(r_i - phi), self.friction[i])).norm_squared();
-            let rho = T::one() / largest_eigenvalue(self.diagonal(i));
-            let map = (r_i - project(&(r_i - phi * rho), self.friction[i])) / rho;
-            scaled += map.norm_squared();
+            natural += natural_map(r_i, &phi, self.friction[i]).norm_squared();
+            let size = largest_eigenvalue(self.diagonal(i));
+            scaled += (natural_map(r_i, &(phi / size), self.friction[i]) * size).norm_squared();
         }
         let (natural, scaled) = (nalgebra::ComplexField::sqrt(natural), nalgebra::ComplexField::sqrt(scaled));
         let b = self.b_norm();
@@ -287,7 +286,7 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
         for (i, (r_i, &size)) in r.iter().zip(sizes).enumerate() {
             let mu = self.friction[i];
             let phi = de_saxce(&velocity(i), mu);
-            sum += ((r_i - project(&(r_i - phi / size), mu)) * size).norm_squared();
+            sum += (natural_map(r_i, &(phi / size), mu) * size).norm_squared();
         }
         if sum == T::zero() { sum } else { nalgebra::ComplexField::sqrt(sum) / self.b_norm() }
     }
@@ -395,11 +394,14 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
         if n == 0 {
             return Ok(());
         }
-        let mut dense = DMatrix::<T>::zeros(n, n);
+        // In f64 and scaled to a unit diagonal of W_NN: the eigensolver squares entries, which small or single
+        // precision ones do not survive.
+        let size = |row: usize| to_f64(nalgebra::ComplexField::sqrt(self.diagonal(row)[(0, 0)]));
+        let mut dense = DMatrix::<f64>::zeros(n, n);
         for row in 0..self.contacts() {
             for (column, block) in self.delassus().row(row) {
                 for (i, j) in (0..D).flat_map(|i| (0..D).map(move |j| (i, j))) {
-                    let half = block[(i, j)] * lit::<T>(0.5);
+                    let half = 0.5 * to_f64(block[(i, j)]) / (size(row) * size(column));
                     dense[(row * D + i, column * D + j)] += half;
                     dense[(column * D + j, row * D + i)] += half;
                 }
@@ -407,8 +409,9 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
         }
         let eigenvalues = dense.symmetric_eigenvalues();
         let (smallest, largest) = (eigenvalues.min(), eigenvalues.max());
-        if smallest < -lit::<T>(DEFINITENESS_TOLERANCE) * largest {
-            return Err(ProblemError::Indefinite { smallest: to_f64(smallest), largest: to_f64(largest) });
+        // Written so that an eigensolver that gave up accuses nobody.
+        if largest > 0.0 && smallest < -DEFINITENESS_TOLERANCE * largest {
+            return Err(ProblemError::Indefinite { smallest, largest });
         }
         Ok(())
     }

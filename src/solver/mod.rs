@@ -157,10 +157,6 @@ pub trait ConeSolver<T: Scalar, const D: usize>: Debug + Send {
                 return Err(SolveError::Shape { contacts, given });
             }
         }
-        if problem.takes_off() {
-            r.fill(SVector::zeros());
-            return Ok(Solution { iterations: 0, residual: problem.residual(r) });
-        }
         // A start that is not finite is a cold start.
         if start.iter().all(|p| all_finite(p.iter())) {
             r.copy_from_slice(start);
@@ -168,10 +164,15 @@ pub trait ConeSolver<T: Scalar, const D: usize>: Debug + Send {
             r.fill(SVector::zeros());
         }
         let stopping = self.stopping().clone();
-        let mut control = Control::new(&stopping, observer);
-        let (iterations, reason) = match self.iterate(problem, r, &mut control) {
-            Ok(iterations) => (iterations, None),
-            Err(Breakdown { iterations, message }) => (iterations, Some(message)),
+        let (iterations, reason) = if problem.takes_off() {
+            r.fill(SVector::zeros());
+            (0, None)
+        } else {
+            let mut control = Control::new(&stopping, observer);
+            match self.iterate(problem, r, &mut control) {
+                Ok(iterations) => (iterations, None),
+                Err(Breakdown { iterations, message }) => (iterations, Some(message)),
+            }
         };
         let residual = problem.residual(r);
         // Written so that a NaN residual fails.
