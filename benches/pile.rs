@@ -1,6 +1,6 @@
 //! Cost of a step of settled piles of discs, and how it grows with their number: `cargo bench --bench pile`.
 //!
-//! The piles are ten discs high and ever wider, in f64 with Gauss–Seidel to a residual of 1e-6; 100 steps let
+//! The piles are ten discs high and ever wider, in f64 with the default solver to a residual of 1e-6; 100 steps let
 //! them settle, then the fastest of 20 steps is taken. With D = 2 and μ = 0.3.
 
 #[path = "../tests/scenes/mod.rs"]
@@ -11,7 +11,7 @@ use std::time::Instant;
 const WIDTHS: [usize; 3] = [10, 100, 1000];
 const HIGH: usize = 10;
 const FRICTION: f64 = 0.3;
-const SOLVER: &str = "nsgs";
+const SOLVER: &str = "hybrid";
 const TOLERANCE: f64 = 1e-6;
 const SETTLE: usize = 100;
 const MEASURED: usize = 20;
