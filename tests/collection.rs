@@ -214,7 +214,7 @@ fn a_comparison_tells_times_curves_profiles_and_ratios() {
     let lines = [
         line("planar-ten", "A", "2.0", true),
         line("planar-ten", "B", "1.0", true),
-        line("spatial-three", "A", "null", false),
+        line("spatial-three", "A", "NaN", false),
         line("elsewhere", "A", "1.0", true),
     ];
     std::fs::write(&peer, lines.join("\n")).expect("a writable folder");

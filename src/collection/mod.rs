@@ -7,6 +7,7 @@
 mod benchmark;
 #[cfg(feature = "figures")]
 mod figures;
+mod lines;
 mod peer;
 mod profile;
 mod solve;

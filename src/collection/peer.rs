@@ -38,7 +38,11 @@ impl Benchmark {
             self.measurements.iter().map(|m| m.problem.clone()).collect();
         let mut added = 0;
         for (number, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
-            let line: Line = serde_json::from_str(line).map_err(|error| CollectionError::Peer {
+            // Python writes numbers that JSON does not have.
+            let line = [": NaN", ": Infinity", ": -Infinity"]
+                .iter()
+                .fold(line.to_string(), |line, value| line.replace(value, ": null"));
+            let line: Line = serde_json::from_str(&line).map_err(|error| CollectionError::Peer {
                 path: path.into(),
                 line: number + 1,
                 message: error.to_string(),

@@ -188,8 +188,11 @@ impl Benchmark {
         )?;
         for r in &ratios {
             let ratio = r.ratio.map_or("—".into(), |x| format!("{x:.1}"));
-            let (own, peer, name) =
-                (time(r.seconds), time(r.peer_seconds), r.peer.as_deref().unwrap_or("none solved it"));
+            let (own, peer, name) = (
+                time(r.seconds),
+                time(r.peer_seconds),
+                r.peer.as_deref().unwrap_or("none solved it, or none was tried"),
+            );
             writeln!(out, "{:width$} {:>8} {own:>12} {peer:>12} {ratio:>10}  {name}", r.problem, r.contacts)?;
         }
         let median = self.median_ratio(solver, 20);

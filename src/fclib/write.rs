@@ -38,10 +38,10 @@ pub fn write(path: impl AsRef<Path>, problem: &Problem, options: WriteOptions) -
     replace(path.as_ref(), &write_bytes(problem, options)?)
 }
 
-/// The bytes [`write`] puts into the file.
+/// The bytes [`write`](write()) puts into the file.
 ///
 /// # Errors
-/// As [`write`], but for the file.
+/// As [`write`](write()), but for the file.
 pub fn write_bytes(problem: &Problem, options: WriteOptions) -> Result<Vec<u8>, FclibError> {
     problem.check()?;
     let mut writer = Writer { gzip: options.gzip.map(|level| level.clamp(1, 9)), compressed: false };
