@@ -72,7 +72,7 @@ fn compare<const D: usize>() {
     let m = problem.contacts();
     let start = vec![SVector::<f64, D>::zeros(); m];
     let mut r = start.clone();
-    let mut solver = |sweeps: usize, r: &mut Vec<SVector<f64, D>>| {
+    let solver = |sweeps: usize, r: &mut Vec<SVector<f64, D>>| {
         let stopping = Stopping { max_iterations: Some(sweeps), ..Stopping::to(1e-300) };
         let mut solver = Nsgs::new(NsgsSettings { stopping, acceleration: 0, ..NsgsSettings::default() });
         // The budget ends first, by design.

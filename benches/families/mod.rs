@@ -8,16 +8,16 @@ use nonsmooth::cone::{ConeProblem, FactoredDelassus, Form};
 use nonsmooth::linalg::{BlockRows, Symmetric};
 
 /// xorshift64*.
-pub struct Random(u64);
+pub(crate) struct Random(u64);
 
 impl Random {
     /// A generator that gives the same numbers everywhere.
-    pub fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         Self(seed ^ 0x9e37_79b9_7f4a_7c15)
     }
 
     /// Uniform on [−1, 1[.
-    pub fn symmetric(&mut self) -> f64 {
+    pub(crate) fn symmetric(&mut self) -> f64 {
         self.0 ^= self.0 >> 12;
         self.0 ^= self.0 << 25;
         self.0 ^= self.0 >> 27;
@@ -41,7 +41,7 @@ struct Contact {
 }
 
 /// The data of a problem, before a form is chosen.
-pub struct Family {
+pub(crate) struct Family {
     bodies: Vec<Body>,
     contacts: Vec<Contact>,
     free: Vec<f64>,
@@ -53,7 +53,7 @@ const STEP: f64 = 1e-2;
 const GRAVITY: f64 = 9.81;
 
 /// A wall in running bond, `courses` high and `bricks` long, of 0.2×0.1×0.1 m bricks: four points per bed joint.
-pub fn wall(courses: usize, bricks: usize, seed: u64) -> Family {
+pub(crate) fn wall(courses: usize, bricks: usize, seed: u64) -> Family {
     let mut random = Random::new(seed);
     let (length, side) = (0.2, 0.1);
     let (mut bodies, mut contacts) = (Vec::new(), Vec::new());
@@ -93,7 +93,7 @@ pub fn wall(courses: usize, bricks: usize, seed: u64) -> Family {
 }
 
 /// About `layers`·`across`² spheres of 0.1 m in hexagonal layers on a floor, slightly disordered.
-pub fn packing(layers: usize, across: usize, seed: u64) -> Family {
+pub(crate) fn packing(layers: usize, across: usize, seed: u64) -> Family {
     let mut random = Random::new(seed);
     let radius = 0.05;
     let (row, layer) = (3f64.sqrt(), (8.0 / 3.0f64).sqrt());
@@ -154,7 +154,7 @@ impl Family {
     }
 
     /// Number of contacts.
-    pub fn contacts(&self) -> usize {
+    pub(crate) fn contacts(&self) -> usize {
         self.contacts.len()
     }
 
@@ -181,7 +181,7 @@ impl Family {
     }
 
     /// The problem in the given form, every free velocity changed by up to `perturbation` of the largest.
-    pub fn problem(&self, form: Form, perturbation: f64) -> ConeProblem<f64, 3> {
+    pub(crate) fn problem(&self, form: Form, perturbation: f64) -> ConeProblem<f64, 3> {
         let h = self.jacobian();
         let mass =
             self.bodies.iter().flat_map(|b| [b.mass, b.mass, b.mass, b.inertia.x, b.inertia.y, b.inertia.z]);

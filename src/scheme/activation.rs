@@ -7,10 +7,15 @@ use crate::system::Scales;
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub enum ActivationRule {
     /// The paper's rule (55): g^α(q_k + h v_k) ≤ 0 and u^α_{N,k} ≤ 0. Default.
+    ///
+    /// A contact that lifts off within round-off of rest leaves the active set and falls back in the next step. With
+    /// θ = ½ and e < 1 a body at rest under gravity so creeps into its support, at (gh/2)(1−e)/(1+e), and a pile of
+    /// rolling bodies does not come to rest: take [`PredictedGap`](Self::PredictedGap) for those.
     #[default]
     MoreauJean,
-    /// g^α(q_k + h v_k) ≤ 0 alone. It keeps a contact that slides on a curved obstacle, which (55) drops every
-    /// other step because H(q_k) v_k ≠ 0 there.
+    /// g^α(q_k + h v_k) ≤ 0 alone. It keeps a contact that slides on a convex obstacle, which (55) drops every other
+    /// step because H(q_k) v_k ≠ 0 there, and bodies come to rest under it. With Frémond's law it stays dissipative;
+    /// with Newton's a separating contact may be given positive normal work.
     PredictedGap,
     /// g^α(q_k) ≤ 0 alone: contacts that are closed at the start of the step.
     CurrentGap,
