@@ -38,7 +38,8 @@ fn bead(side: Side, speed: f64, law: Law, rule: ActivationRule, solver: &str) ->
     let system = system.with_contact(0, contact).with_scales(1.0, 1.0);
     let settings = Settings { activation: Activation::new(rule), ..Settings::new(0.5, STEP) };
     let solver = solver::build(solver, Stopping::default()).expect("a registered solver");
-    ThetaScheme::new(system, vec![law], solver, settings, 0.0, vec![0.0, sign], vec![speed, 0.0]).expect("a bead")
+    ThetaScheme::new(system, vec![law], solver, settings, 0.0, vec![0.0, sign], vec![speed, 0.0])
+        .expect("a bead")
 }
 
 /// What a bead did.
@@ -91,10 +92,14 @@ fn over_a_dome_the_papers_rule_drops_the_contact_every_other_step() {
 #[test]
 fn in_a_bowl_the_papers_rule_drops_what_restitution_sends_back() {
     for (restitution, friction) in [(0.5, 0.0), (0.5, 0.3), (1.0, 0.0), (1.0, 0.3)] {
-        let run = |rule| slide(bead(Side::Bowl, 2.0, fremond(restitution, friction), rule, "nsgs"), 1000, true);
+        let run =
+            |rule| slide(bead(Side::Bowl, 2.0, fremond(restitution, friction), rule, "nsgs"), 1000, true);
         let (paper, gap) = (run(ActivationRule::MoreauJean), run(ActivationRule::PredictedGap));
         let dropped = paper.touching.iter().filter(|&&touching| !touching).count();
-        println!("{restitution} {friction} {dropped} {} {} {} {}", paper.penetration, gap.penetration, paper.lost, gap.lost);
+        println!(
+            "{restitution} {friction} {dropped} {} {} {} {}",
+            paper.penetration, gap.penetration, paper.lost, gap.lost
+        );
         assert!(dropped > 100, "e = {restitution}, μ = {friction}: dropped in {dropped} of 1000 steps");
         assert!(gap.touching.iter().all(|&touching| touching), "e = {restitution}, μ = {friction}");
     }

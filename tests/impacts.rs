@@ -45,8 +45,7 @@ fn newton_lifts_the_energy_of_the_exact_rod_where_fremond_keeps_it() {
     for (name, e, [normal, tangential], energy) in cases {
         for description in SOLVERS {
             let place = format!("{name}, e = {e}, {}", description.name);
-            let rod =
-                impact(&w, &before, &before, &*law(name, e, 0.5), 0.5, &mut *solver(description.name));
+            let rod = impact(&w, &before, &before, &*law(name, e, 0.5), 0.5, &mut *solver(description.name));
             assert_close(&format!("{place}: p_N"), rod.percussion[0], normal);
             assert_close(&format!("{place}: p_T"), rod.percussion[1], tangential);
             assert_close(&format!("{place}: ΔE"), rod.energy_change, energy);
@@ -63,7 +62,8 @@ fn newton_creates_energy_only_above_the_threshold_of_restitution() {
     assert_close("threshold", threshold, 0.8);
     // The worst ratio of velocities and friction: sliding before, stuck after, is where friction turns u_T round.
     let worst = |e: f64| {
-        let cases = (-400..=400).flat_map(|i| (0..=40).map(move |j| (f64::from(i) / 100.0, f64::from(j) / 10.0)));
+        let cases =
+            (-400..=400).flat_map(|i| (0..=40).map(move |j| (f64::from(i) / 100.0, f64::from(j) / 10.0)));
         let energy = |(slip, friction): (f64, f64)| {
             let before = Vector2::new(-1.0, slip);
             let mut nsgs = solver("nsgs");

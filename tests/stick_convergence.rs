@@ -66,7 +66,11 @@ fn the_event_driven_motion_is_the_published_limit() {
         assert_eq!(stick.flights.len(), 3, "{}: two impacts", limit.law);
         let close = |what: &str, computed: f64, printed: f64, amplified: f64| {
             let miss = (computed - printed).abs();
-            assert!(miss <= amplified * digits(printed), "{}: {what} {computed:.17e}, {printed:e}", limit.law);
+            assert!(
+                miss <= amplified * digits(printed),
+                "{}: {what} {computed:.17e}, {printed:e}",
+                limit.law
+            );
         };
         for (flight, (time, work)) in stick.flights[1..].iter().zip(limit.times.iter().zip(limit.works)) {
             // The root of the gap is known to ε·0.5 m / 0.47 m/s.

@@ -137,7 +137,8 @@ fn energy_of_random_systems<const D: usize>() {
                 let state = RandomLagrangian::<D>::draw(&mut stream, 6, 4, storage == Storage::Diagonal);
                 let laws = draw::<D>(description, &mut stream, 4);
                 let (theta, claimed) = draw_theta(&laws, &mut stream);
-                let place = format!("{}, {}, D = {D}, θ = {theta}, {storage:?}", description.name, solver.name);
+                let place =
+                    format!("{}, {}, D = {D}, θ = {theta}, {storage:?}", description.name, solver.name);
                 let settings = Settings::new(theta, 0.01);
                 let scheme = scheme(state.system(storage), laws, solver.name, settings, &state);
                 let scheme = scheme.unwrap_or_else(|error| panic!("{place}: {error}"));
@@ -225,11 +226,13 @@ fn a_theta_outside_the_claimed_interval_is_refused_by_name_and_accepted_on_reque
             match (built, outside) {
                 (Ok(_), false) => (),
                 (Err(error), true) => {
-                    let (min, max) = claim.map(|claim| (*claim.start(), *claim.end())).expect("outside a claim");
+                    let (min, max) =
+                        claim.map(|claim| (*claim.start(), *claim.end())).expect("outside a claim");
                     let law = description.name.to_string();
                     assert_eq!(error, SetupError::UnprovedTheta { law, interface: 0, theta, min, max });
                     let message = error.to_string();
-                    for part in [description.name.into(), format!("θ = {theta}"), format!("[{min}, {max}]")] {
+                    for part in [description.name.into(), format!("θ = {theta}"), format!("[{min}, {max}]")]
+                    {
                         assert!(message.contains(&part), "`{message}` names {part}");
                     }
                     refused += 1;

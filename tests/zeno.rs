@@ -139,5 +139,10 @@ fn on_the_floor_the_papers_rule_sinks_and_the_predicted_gap_does_not() {
         let [end, last, _] = run.rest[run.rest.len() - 1];
         (y - last) / (end - time)
     };
-    println!("{} {} {}", sinking_speed(h), sink(ActivationRuleName::MoreauJean), sink(ActivationRuleName::PredictedGap));
+    println!(
+        "{} {} {}",
+        sinking_speed(h),
+        sink(ActivationRuleName::MoreauJean),
+        sink(ActivationRuleName::PredictedGap)
+    );
 }

@@ -87,7 +87,8 @@ pub(super) fn compare(arguments: &CompareArguments) -> Result<ExitCode, Box<dyn 
         eprint!("\r\x1b[K");
     }
     for peer in &arguments.peer {
-        let (name, file) = peer.split_once('=').ok_or_else(|| format!("--peer {peer}: expected NAME=FILE"))?;
+        let (name, file) =
+            peer.split_once('=').ok_or_else(|| format!("--peer {peer}: expected NAME=FILE"))?;
         benchmark.add_peer(name, file.as_ref())?;
     }
     let own = arguments.solver.first().map_or(DEFAULT, |name| name);

@@ -66,7 +66,11 @@ impl Stick {
             let [p_n, p_t] = impact.percussion.into();
             let v = v + by_mass(&(normal * p_n + tangent * p_t));
             let after = Vector2::new(normal.dot(&v), tangent.dot(&v));
-            assert!((after - impact.after).amax() < 1e-14, "H v⁺ = u⁺ to rounding: {after} and {}", impact.after);
+            assert!(
+                (after - impact.after).amax() < 1e-14,
+                "H v⁺ = u⁺ to rounding: {after} and {}",
+                impact.after
+            );
             stick.flights.push(Flight { start: time, q, v, impact: Some(impact) });
         }
         stick

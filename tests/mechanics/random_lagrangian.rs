@@ -33,7 +33,11 @@ pub(crate) struct RandomLagrangian<const D: usize> {
 
 fn square(stream: &mut Stream, n: usize, rank: usize, diagonal: bool) -> DMatrix<f64> {
     if diagonal {
-        return DMatrix::from_fn(n, n, |i, j| if i == j && i < rank { stream.uniform(0.2, 1.0) } else { 0.0 });
+        return DMatrix::from_fn(
+            n,
+            n,
+            |i, j| if i == j && i < rank { stream.uniform(0.2, 1.0) } else { 0.0 },
+        );
     }
     let g = DMatrix::from_fn(n, rank, |_, _| stream.uniform(-1.0, 1.0));
     &g * g.transpose() / rank as f64
@@ -67,8 +71,10 @@ impl<const D: usize> RandomLagrangian<D> {
     /// The whole system; contact α is of interface α.
     pub(crate) fn system(&self, storage: Storage) -> Lagrangian<f64, D> {
         let last = self.force.len() - 1;
-        let forces = Forces::constant(self.force.clone()).with_varying(move |t: f64, f| f[last] += (5.0 * t).sin());
-        let system = self.conservative(storage).with_damping(operator(&self.damping, storage)).expect("sizes agree");
+        let forces =
+            Forces::constant(self.force.clone()).with_varying(move |t: f64, f| f[last] += (5.0 * t).sin());
+        let system =
+            self.conservative(storage).with_damping(operator(&self.damping, storage)).expect("sizes agree");
         let mut system = system.with_forces(forces).expect("finite").with_scales(1.0, 1.0);
         for (interface, (row, &gap)) in self.rows.iter().zip(&self.gaps).enumerate() {
             let (normal, row) = (row.clone(), row.clone());

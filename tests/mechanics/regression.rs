@@ -12,8 +12,7 @@ pub(crate) fn order(steps: &[f64], errors: &[f64]) -> f64 {
     let (x, y) = (log(steps), log(errors));
     let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
     let (x_mean, y_mean) = (mean(&x), mean(&y));
-    let along = |x: &[f64], m: f64, y: &[f64], n: f64| {
-        x.iter().zip(y).map(|(x, y)| (x - m) * (y - n)).sum::<f64>()
-    };
+    let along =
+        |x: &[f64], m: f64, y: &[f64], n: f64| x.iter().zip(y).map(|(x, y)| (x - m) * (y - n)).sum::<f64>();
     along(&x, x_mean, &y, y_mean) / along(&x, x_mean, &x, x_mean)
 }

@@ -78,10 +78,11 @@ impl<T: Scalar, const D: usize> Scaled<T, D> {
         self.b.len()
     }
 
-    /// r′ of r.
+    /// r′ of r, on the cones.
     pub(in crate::solver) fn enter(&self, r: &[SVector<T, D>], scaled: &mut Vec<SVector<T, D>>) {
         scaled.clear();
-        scaled.extend(r.iter().zip(&self.scale).map(|(r, &s)| r / (self.beta * s)));
+        let units = self.scale.iter().zip(&self.friction);
+        scaled.extend(r.iter().zip(units).map(|(r, (&s, &mu))| project(&(r / (self.beta * s)), mu)));
     }
 
     /// r of r′, on the cones.
@@ -89,6 +90,11 @@ impl<T: Scalar, const D: usize> Scaled<T, D> {
         for (((r, x), &s), &mu) in r.iter_mut().zip(scaled).zip(&self.scale).zip(&self.friction) {
             *r = project(x, mu) * (self.beta * s);
         }
+    }
+
+    /// `onto` ← the projection of r on the cones.
+    pub(super) fn project(&self, r: &[SVector<T, D>], onto: &mut [SVector<T, D>]) {
+        onto.iter_mut().zip(r).zip(&self.friction).for_each(|((onto, r), &mu)| *onto = project(r, mu));
     }
 
     /// w = W r + b.
