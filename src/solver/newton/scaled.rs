@@ -26,7 +26,7 @@ pub(in crate::solver) struct Scaled<T: Scalar, const D: usize> {
 /// Where the Newton systems are solved: over the contacts with W formed, over the bodies with H and M̂.
 #[derive(Debug, Clone)]
 enum System<T: Scalar, const D: usize> {
-    Contact(ContactSpace<T, D>),
+    Contact(Box<ContactSpace<T, D>>),
     Body(Box<BodySpace<T, D>>),
 }
 
@@ -38,7 +38,7 @@ impl<T: Scalar, const D: usize> Scaled<T, D> {
             b: Vec::new(),
             b_norm: T::one(),
             friction: Vec::new(),
-            system: System::Contact(ContactSpace::new()),
+            system: System::Contact(Box::new(ContactSpace::new())),
             map: Map::default(),
             factored: 0,
         }
@@ -63,7 +63,7 @@ impl<T: Scalar, const D: usize> Scaled<T, D> {
             (system, None) => {
                 let mut contact = ContactSpace::new();
                 contact.prepare(problem.delassus(), &self.scale);
-                *system = System::Contact(contact);
+                *system = System::Contact(Box::new(contact));
             }
             (system, Some(factors)) => {
                 let mut body = BodySpace::new();
