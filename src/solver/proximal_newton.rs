@@ -176,17 +176,18 @@ impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
         best.clear();
         best.extend_from_slice(&inner.r);
         let mut reason = None;
-        while smallest > target && steps < budget {
+        let mut finished = smallest <= target;
+        while !finished && steps < budget {
             let (outcome, taken) = inner.solve(scaled, schedule.a, target);
             steps += taken;
             let residual = scaled.residual(&inner.r, &inner.w);
-            if residual < smallest {
+            if residual < smallest || outcome == Outcome::Finished {
                 smallest = residual;
                 best.copy_from_slice(&inner.r);
             }
             let gentle = steps > PATIENCE;
             match outcome {
-                Outcome::Finished => {}
+                Outcome::Finished => finished = true,
                 Outcome::Solved => schedule.success(taken, gentle),
                 Outcome::Abandoned => {
                     schedule.failure(gentle);

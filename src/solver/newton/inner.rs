@@ -19,7 +19,7 @@ const MEMORY: usize = 4;
 /// How a subproblem ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::solver) enum Outcome {
-    /// The residual of the outer problem reached the target on the way.
+    /// The residual of the outer problem reached the target on the way; the iterate is on the cones.
     Finished,
     /// The subproblem is solved well enough.
     Solved,
@@ -127,7 +127,7 @@ impl<T: Scalar, const D: usize> Inner<T, D> {
                     break;
                 }
             }
-            if problem.residual(&self.r, &self.w) <= target {
+            if problem.residual(&self.r, &self.w) <= target && self.finish(problem, target) {
                 return (Outcome::Finished, steps);
             }
         }
@@ -136,6 +136,19 @@ impl<T: Scalar, const D: usize> Inner<T, D> {
         }
         let solved = merit <= start * lit::<T>(0.03);
         (if solved { Outcome::Solved } else { Outcome::Abandoned }, steps)
+    }
+
+    /// Moves to the projection of the iterate on the cones if that meets the target too: W may magnify the little the
+    /// projection changes.
+    fn finish(&mut self, problem: &mut Scaled<T, D>, target: T) -> bool {
+        problem.project(&self.r, &mut self.trial);
+        problem.velocity(&self.trial, &mut self.trial_w);
+        let finished = problem.residual(&self.trial, &self.trial_w) <= target;
+        if finished {
+            std::mem::swap(&mut self.r, &mut self.trial);
+            std::mem::swap(&mut self.w, &mut self.trial_w);
+        }
+        finished
     }
 
     fn return_to_reference(&mut self, problem: &mut Scaled<T, D>) {

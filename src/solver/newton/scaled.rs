@@ -26,7 +26,7 @@ pub(in crate::solver) struct Scaled<T: Scalar, const D: usize> {
 /// Where the Newton systems are solved: over the contacts with W formed, over the bodies with H and M̂.
 #[derive(Debug, Clone)]
 enum System<T: Scalar, const D: usize> {
-    Contact(ContactSpace<T, D>),
+    Contact(Box<ContactSpace<T, D>>),
     Body(Box<BodySpace<T, D>>),
 }
 
@@ -38,7 +38,7 @@ impl<T: Scalar, const D: usize> Scaled<T, D> {
             b: Vec::new(),
             b_norm: T::one(),
             friction: Vec::new(),
-            system: System::Contact(ContactSpace::new()),
+            system: System::Contact(Box::new(ContactSpace::new())),
             map: Map::default(),
             factored: 0,
         }
@@ -63,7 +63,7 @@ impl<T: Scalar, const D: usize> Scaled<T, D> {
             (system, None) => {
                 let mut contact = ContactSpace::new();
                 contact.prepare(problem.delassus(), &self.scale);
-                *system = System::Contact(contact);
+                *system = System::Contact(Box::new(contact));
             }
             (system, Some(factors)) => {
                 let mut body = BodySpace::new();
@@ -78,10 +78,11 @@ impl<T: Scalar, const D: usize> Scaled<T, D> {
         self.b.len()
     }
 
-    /// r′ of r.
+    /// r′ of r, on the cones.
     pub(in crate::solver) fn enter(&self, r: &[SVector<T, D>], scaled: &mut Vec<SVector<T, D>>) {
         scaled.clear();
-        scaled.extend(r.iter().zip(&self.scale).map(|(r, &s)| r / (self.beta * s)));
+        let units = self.scale.iter().zip(&self.friction);
+        scaled.extend(r.iter().zip(units).map(|(r, (&s, &mu))| project(&(r / (self.beta * s)), mu)));
     }
 
     /// r of r′, on the cones.
@@ -89,6 +90,11 @@ impl<T: Scalar, const D: usize> Scaled<T, D> {
         for (((r, x), &s), &mu) in r.iter_mut().zip(scaled).zip(&self.scale).zip(&self.friction) {
             *r = project(x, mu) * (self.beta * s);
         }
+    }
+
+    /// `onto` ← the projection of r on the cones.
+    pub(super) fn project(&self, r: &[SVector<T, D>], onto: &mut [SVector<T, D>]) {
+        onto.iter_mut().zip(r).zip(&self.friction).for_each(|((onto, r), &mu)| *onto = project(r, mu));
     }
 
     /// w = W r + b.
