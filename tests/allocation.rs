@@ -80,7 +80,8 @@ fn pile<T: Scalar, const D: usize>(wide: usize, high: usize, friction: f64, tole
 
 #[test]
 fn a_settled_pile_allocates_nothing() {
-    pile::<f64, 2>(8, 7, 0.5, 1e-8);
+    // The subject is the buffers, not the digits: with friction Gauss–Seidel stalls near 1e-7 on a dense pile.
+    pile::<f64, 2>(8, 7, 0.5, 1e-5);
     pile::<f64, 1>(26, 2, 0.0, 1e-8);
     // ‖b‖ of a pile at rest is g h √m; single precision resolves it to a few hundred ε of the speeds met.
     pile::<f32, 2>(8, 7, 0.5, 1e-3);

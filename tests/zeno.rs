@@ -140,5 +140,6 @@ fn on_the_floor_the_papers_rule_sinks_and_the_predicted_gap_does_not() {
     let (paper, gap) = (sink(ActivationRuleName::MoreauJean), sink(ActivationRuleName::PredictedGap));
     // The two steps of the alternation, in the 3,000 observed.
     assert!((paper / sinking_speed(h) - 1.0).abs() <= 1e-3, "{paper:e}, exact {:e}", sinking_speed(h));
-    assert_eq!(gap, 0.0);
+    // At rest but for rounding: 64 ε of the speed the other rule sinks at.
+    assert!(gap.abs() <= 64.0 * f64::EPSILON * sinking_speed(h), "{gap:e}");
 }

@@ -101,6 +101,9 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for Nsgs<T, D> {
     }
 }
 
+/// Accelerated sweeps without a gain of 0.7 that are taken for a cycle.
+const CYCLE: usize = 100;
+
 /// When [`Accelerated::run`] gives up.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Patience {
@@ -176,6 +179,8 @@ impl<T: Scalar, const D: usize> Accelerated<T, D> {
         // change promises it, and from time to time.
         let (mut trigger, mut next_check) = (tolerance, 4);
         let (mut mark, mut since) = (T::infinity_impl(), 0);
+        // Acceleration can cycle; plain sweeps leave the cycle, and are given twice as long each time.
+        let (mut plain_until, mut plain) = (0, CYCLE);
         let mut iterations = 0;
         for sweep in 1..=patience.sweeps {
             if best <= tolerance {
@@ -207,7 +212,12 @@ impl<T: Scalar, const D: usize> Accelerated<T, D> {
             if last || !(estimate < T::infinity_impl()) {
                 break;
             }
-            if self.accelerated {
+            if self.accelerated && since >= CYCLE && sweep >= plain_until {
+                self.anderson.prepare(r.len());
+                (plain_until, plain) = (sweep + plain, 2 * plain);
+                (mark, since) = (T::infinity_impl(), 0);
+            }
+            if self.accelerated && sweep >= plain_until {
                 self.anderson.accelerate(&self.from, r, self.sweeps.sizes(), problem.friction());
             }
         }

@@ -20,9 +20,9 @@ pub(crate) fn law(name: &str, restitution: f64, friction: f64) -> Box<dyn Contac
     laws::build(name, &[restitution, friction]).expect("a registered law with restitution and friction")
 }
 
-/// A registered solver at the accuracy of the arithmetic: 1e-14 of the velocities.
+/// A registered solver at the accuracy of the arithmetic: 2e-14 of the velocities.
 pub(crate) fn solver(name: &str) -> Box<dyn ConeSolver<f64, 2>> {
-    solver::build(name, Stopping::to(1e-14)).expect("a registered solver")
+    solver::build(name, Stopping::to(2e-14)).expect("a registered solver")
 }
 
 /// The impact of a contact with Delassus operator `w`, velocity `before` (u_k) and velocity `free` without
