@@ -8,8 +8,6 @@ mod series;
 #[cfg(feature = "outputs")]
 mod summary;
 
-use nalgebra::SVector;
-
 #[cfg(feature = "outputs")]
 pub use self::csv::CsvFiles;
 #[cfg(feature = "figures")]
@@ -104,9 +102,4 @@ impl ObserveError {
     pub fn new(path: &std::path::Path, error: impl std::fmt::Display) -> Self {
         Self { path: path.into(), message: error.to_string() }
     }
-}
-
-/// Components of a local vector as `f64`.
-fn components<T: Scalar, const D: usize>(x: &SVector<T, D>) -> Vec<f64> {
-    x.iter().map(|&x| to_f64(x)).collect()
 }

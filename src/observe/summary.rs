@@ -2,9 +2,10 @@
 
 use std::time::Instant;
 
+use nalgebra::SVector;
 use serde::Serialize;
 
-use super::{Frame, ObserveError, Observer, RunInfo, components};
+use super::{Frame, ObserveError, Observer, RunInfo};
 use crate::contact::ContactId;
 use crate::scalar::{Scalar, epsilon, to_f64};
 
@@ -187,4 +188,9 @@ impl<T: Scalar, const D: usize> Observer<T, D> for SummaryRecorder {
         }
         Ok(())
     }
+}
+
+/// Components of a local vector as `f64`.
+fn components<T: Scalar, const D: usize>(x: &SVector<T, D>) -> Vec<f64> {
+    x.iter().map(|&x| to_f64(x)).collect()
 }
