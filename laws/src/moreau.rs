@@ -7,7 +7,9 @@ use nalgebra::SVector;
 use crate::{ContactLaw, Description, Evaluation, FRICTION, LawError, LawFamily, Parameter, Scalar};
 
 const DISSIPATION_INDEX: Parameter =
-    Parameter { symbol: "ρ", meaning: "restitution of all components (dimensionless)", ..crate::RESTITUTION };
+    Parameter {
+        symbol: "ρ", meaning: "restitution of all components (dimensionless)", ..crate::RESTITUTION
+    };
 
 /// Moreau's averaged-velocity law: the Coulomb inclusion at û = (u_{k+1} + ρ u_k)/(1 + ρ).
 ///
