@@ -8,7 +8,7 @@
 //! ```
 //!
 //! It sees neither the Delassus operator, nor the solver, nor the state. A new law is one file beside the ones
-//! here and one line in the [`register!`] call at the end of this page.
+//! here and one line in the `register!` call at the end of this page.
 
 mod law;
 mod parameter;
