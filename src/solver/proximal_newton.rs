@@ -13,6 +13,11 @@ const DEFAULT_STEPS: usize = 6_000;
 const MAX_FAILURES: usize = 20;
 /// Newton steps after which the schedule turns gentle.
 const PATIENCE: usize = 120;
+/// Newton steps of the first attempt, at least and per contact, before another start is tried; likewise of the others.
+const FIRST_ATTEMPT: (usize, usize) = (300, 40);
+const OTHER_ATTEMPT: (usize, usize) = (100, 10);
+/// Starts after which the solver gives up.
+const MAX_ATTEMPTS: usize = 1_000;
 
 /// Settings of [`ProximalNewton`].
 #[derive(Debug, Clone)]
@@ -139,6 +144,25 @@ impl<T: Scalar> Schedule<T> {
     }
 }
 
+/// Newton steps between two starts: the problem is combinatorial, and from some places the path only circles.
+struct Attempt {
+    number: usize,
+    begin: usize,
+    end: usize,
+}
+
+impl Attempt {
+    fn first(contacts: usize) -> Self {
+        Self { number: 0, begin: 0, end: FIRST_ATTEMPT.0.max(FIRST_ATTEMPT.1 * contacts) }
+    }
+
+    fn next(&mut self, steps: usize, contacts: usize) {
+        self.number += 1;
+        self.begin = steps;
+        self.end = steps + OTHER_ATTEMPT.0.max(OTHER_ATTEMPT.1 * contacts);
+    }
+}
+
 /// The algorithm with its buffers.
 #[derive(Debug, Clone)]
 pub(super) struct ProximalPoint<T: Scalar, const D: usize> {
@@ -169,6 +193,7 @@ impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
         let cold = lit(if problem.contacts() > 5_000 { 1e-2 } else { 1e-4 });
         let a = proximal.unwrap_or(cold);
         let mut schedule = Schedule::new(a);
+        let mut attempt = Attempt::first(problem.contacts());
         scaled.map = Map::AlartCurnier;
         let budget = control.max_iterations(DEFAULT_STEPS);
         let mut steps = 0;
@@ -185,7 +210,7 @@ impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
                 smallest = residual;
                 best.copy_from_slice(&inner.r);
             }
-            let gentle = steps > PATIENCE;
+            let gentle = steps - attempt.begin > PATIENCE;
             match outcome {
                 Outcome::Finished => finished = true,
                 Outcome::Solved => schedule.success(taken, gentle),
@@ -194,16 +219,19 @@ impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
                     scaled.map = scaled.map.other();
                 }
             }
-            if schedule.failures >= MAX_FAILURES {
-                reason = Some(format!("{MAX_FAILURES} proximal subproblems in a row were abandoned"));
-                break;
-            }
-            if taken == 0 && outcome == Outcome::Solved {
-                // f = 0 to the last digit: nothing is left to improve.
-                break;
-            }
             if !control.proceed(before + steps, residual) {
                 break;
+            }
+            // f = 0 to the last digit, short of the target: nothing is left to improve from here.
+            let exhausted = taken == 0 && outcome == Outcome::Solved;
+            if !finished && (exhausted || schedule.failures >= MAX_FAILURES || steps >= attempt.end) {
+                if attempt.number == MAX_ATTEMPTS {
+                    reason = Some(format!("{MAX_ATTEMPTS} starts did not lead to a solution"));
+                    break;
+                }
+                attempt.next(steps, problem.contacts());
+                inner.restart(scaled, best, attempt.number);
+                schedule = Schedule::new(lit(if attempt.number % 2 == 0 { 1e-4 } else { 1e-8 }));
             }
         }
         scaled.leave(best, r);

@@ -1,10 +1,10 @@
 //! The inner iteration: semismooth Newton on the proximal subproblem w_a(r) = W r + b + a (r − r_k).
 
-use nalgebra::SVector;
+use nalgebra::{ComplexField, SVector};
 
 use super::Scaled;
 use super::maps::Linear;
-use crate::scalar::{Scalar, lit};
+use crate::scalar::{Scalar, from_usize, lit};
 
 /// Newton steps after which a subproblem is abandoned.
 const MAX_STEPS: usize = 20;
@@ -13,6 +13,8 @@ const FREE_STEPS: usize = 6;
 /// Line-search steps before full steps are tried again.
 const GUARDED_STEPS: usize = 2;
 const HALVINGS: usize = 12;
+/// The fractional part of the golden ratio.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// Merits the non-monotone line search compares with.
 const MEMORY: usize = 4;
 
@@ -68,6 +70,31 @@ impl<T: Scalar, const D: usize> Inner<T, D> {
             &mut self.trial_w,
         ];
         buffers.into_iter().for_each(|buffer| buffer.resize(problem.contacts(), SVector::zeros()));
+        problem.velocity(&self.r, &mut self.w);
+    }
+
+    /// Starts number `attempt` from elsewhere: percussions of the size of `best`'s, spread over the cones by the golden
+    /// ratio, so that every attempt tries other statuses.
+    pub(in crate::solver) fn restart(
+        &mut self,
+        problem: &mut Scaled<T, D>,
+        best: &[SVector<T, D>],
+        attempt: usize,
+    ) {
+        let m = self.r.len();
+        let square = best.iter().fold(T::zero(), |sum, r| sum + r.norm_squared());
+        let reach = [1.0, 10.0, 0.1, 100.0][attempt % 4];
+        let size = (ComplexField::sqrt(square / from_usize::<T>(m)) + T::one()) * lit::<T>(reach);
+        // The quadratic Weyl sequence 2 frac(φ n²) in [0, 2).
+        let mut n = (attempt * D * m) as f64;
+        let mut next = || {
+            n += 1.0;
+            2.0 * (GOLDEN * n * n).fract()
+        };
+        for (r, &mu) in self.r.iter_mut().zip(problem.friction()) {
+            r[0] = size * lit::<T>(next());
+            (1..D).for_each(|d| r[d] = mu * r[0] * lit::<T>(2.0 * next() - 2.0));
+        }
         problem.velocity(&self.r, &mut self.w);
     }
 

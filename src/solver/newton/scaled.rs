@@ -78,6 +78,10 @@ impl<T: Scalar, const D: usize> Scaled<T, D> {
         self.b.len()
     }
 
+    pub(super) fn friction(&self) -> &[T] {
+        &self.friction
+    }
+
     /// r′ of r, on the cones.
     pub(in crate::solver) fn enter(&self, r: &[SVector<T, D>], scaled: &mut Vec<SVector<T, D>>) {
         scaled.clear();
