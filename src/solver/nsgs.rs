@@ -205,7 +205,7 @@ impl<T: Scalar, const D: usize> Accelerated<T, D> {
                     best = residual;
                     self.best.copy_from_slice(r);
                 }
-                next_check = sweep + 8 + sweep / 8;
+                next_check = sweep + 8 + sweep / 2;
                 let needed = estimate * tolerance / residual;
                 trigger = if needed < tolerance { needed } else { tolerance };
             }
