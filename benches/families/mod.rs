@@ -180,7 +180,7 @@ impl Family {
         h
     }
 
-    /// The problem in the given form, every free velocity changed by up to `perturbation` of the largest.
+    /// The problem in the given form; the free velocities are changed at random such that ‖δb‖ = `perturbation` ‖b‖.
     pub(crate) fn problem(&self, form: Form, perturbation: f64) -> ConeProblem<f64, 3> {
         let h = self.jacobian();
         let mass =
@@ -188,10 +188,13 @@ impl Family {
         let mass = Symmetric::diagonal(mass.collect()).expect("positive masses");
         let operator = FactoredDelassus::new(&h, &mass, 6).expect("a body has six velocities");
         let mut random = Random::new(17);
-        let largest = self.free.iter().fold(0.0f64, |x, v| x.max(v.abs()));
-        let free: Vec<f64> =
-            self.free.iter().map(|v| v + perturbation * largest * random.symmetric()).collect();
-        let b = (0..self.contacts.len()).map(|i| h.velocity(i, &free)).collect();
+        let change: Vec<f64> = self.free.iter().map(|v| v.abs() * random.symmetric()).collect();
+        let local =
+            |v: &[f64]| -> Vec<SVector<f64, 3>> { (0..self.contacts.len()).map(|i| h.velocity(i, v)).collect() };
+        let norm = |b: &[SVector<f64, 3>]| b.iter().map(SVector::norm_squared).sum::<f64>().sqrt();
+        let (mut b, change) = (local(&self.free), local(&change));
+        let scale = perturbation * norm(&b) / norm(&change);
+        b.iter_mut().zip(&change).for_each(|(b, change)| *b += change * scale);
         ConeProblem::factored(operator, form, b, vec![self.friction; self.contacts.len()]).expect("a problem")
     }
 }
