@@ -189,8 +189,9 @@ impl Family {
         let operator = FactoredDelassus::new(&h, &mass, 6).expect("a body has six velocities");
         let mut random = Random::new(17);
         let change: Vec<f64> = self.free.iter().map(|v| v.abs() * random.symmetric()).collect();
-        let local =
-            |v: &[f64]| -> Vec<SVector<f64, 3>> { (0..self.contacts.len()).map(|i| h.velocity(i, v)).collect() };
+        let local = |v: &[f64]| -> Vec<SVector<f64, 3>> {
+            (0..self.contacts.len()).map(|i| h.velocity(i, v)).collect()
+        };
         let norm = |b: &[SVector<f64, 3>]| b.iter().map(SVector::norm_squared).sum::<f64>().sqrt();
         let (mut b, change) = (local(&self.free), local(&change));
         let scale = perturbation * norm(&b) / norm(&change);

@@ -190,7 +190,7 @@ impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
         inner.start(scaled, r);
         // Measured again in the problem's units, the residual may differ by rounding.
         let target = control.tolerance() * lit::<T>(0.95);
-        let cold = lit(if problem.contacts() > 5_000 { 1e-2 } else { 1e-4 });
+        let cold = lit::<T>(if problem.contacts() > 5_000 { 1e-2 } else { 1e-4 });
         let a = proximal.unwrap_or(cold);
         let mut schedule = Schedule::new(a);
         let mut attempt = Attempt::first(problem.contacts());
@@ -214,6 +214,11 @@ impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
             match outcome {
                 Outcome::Finished => finished = true,
                 Outcome::Solved => schedule.success(taken, gentle),
+                // The statuses of a start believed to be near were not right: back to it, with a cold start's caution.
+                Outcome::Abandoned if proximal.is_some_and(|a| schedule.a == a && a < cold) => {
+                    inner.return_to(scaled, best);
+                    schedule = Schedule::new(cold);
+                }
                 Outcome::Abandoned => {
                     schedule.failure(gentle);
                     scaled.map = scaled.map.other();

@@ -178,6 +178,12 @@ impl<T: Scalar, const D: usize> Inner<T, D> {
         finished
     }
 
+    /// Moves to `r`.
+    pub(in crate::solver) fn return_to(&mut self, problem: &mut Scaled<T, D>, r: &[SVector<T, D>]) {
+        self.r.copy_from_slice(r);
+        problem.velocity(&self.r, &mut self.w);
+    }
+
     fn return_to_reference(&mut self, problem: &mut Scaled<T, D>) {
         self.r.copy_from_slice(&self.reference);
         problem.velocity(&self.r, &mut self.w);
