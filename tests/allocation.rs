@@ -1,5 +1,6 @@
 //! A warm step allocates nothing: counted by the allocator itself.
 
+mod random_problems;
 mod scenes;
 
 use allocation_counter::measure;
@@ -8,8 +9,9 @@ use nonsmooth::laws::{ContactLaw, Fremond};
 use nonsmooth::linalg::Symmetric;
 use nonsmooth::scalar::{Scalar, lit};
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, ThetaScheme};
-use nonsmooth::solver::{ConeSolver, Nsgs, NsgsSettings};
+use nonsmooth::solver::{ConeSolver, Nsgs, NsgsSettings, Stopping, build};
 use nonsmooth::system::{Forces, Lagrangian, MechanicalSystem, SmoothGap};
+use random_problems::{Recipe, random};
 
 /// Makes `warm_up` steps, then asserts that the next `steps` allocate nothing and that contacts were active in them.
 fn assert_no_allocation<T, const D: usize, S, L, V>(
@@ -130,4 +132,32 @@ fn sparse_stiffness_and_damping_allocate_nothing() {
     assert_no_allocation("an elastic bar", &mut bar::<f64, 1>(60), 400, 400);
     assert_no_allocation("an elastic bar", &mut bar::<f32, 2>(60), 400, 400);
     assert_no_allocation("an elastic bar", &mut bar::<f32, 1>(60), 400, 400);
+}
+
+/// A second solve of the same problem, and of one with another b, finds every buffer in place.
+fn warm_solves_allocate<const D: usize>(name: &str, m: usize) -> u64 {
+    let recipe = Recipe { seed: 11, contacts: m, freedom: m * D + 3, friction: 0.5, decades: 1.0 };
+    let problem = random::<f64, D>(&recipe);
+    let mut solver = build::<f64, D>(name, Stopping::default()).expect("registered");
+    let start = vec![SVector::zeros(); m];
+    let mut r = start.clone();
+    solver.solve(&problem, &start, &mut r).expect("solvable");
+    measure(|| {
+        solver.solve(&problem, &start, &mut r).expect("solvable");
+    })
+    .count_total
+}
+
+#[test]
+fn warm_solves_of_gauss_seidel_and_newton_allocate_nothing() {
+    for name in ["nsgs", "hybrid", "proximal-newton", "newton"] {
+        for m in [1, 3, 20] {
+            let counts = [
+                warm_solves_allocate::<1>(name, m),
+                warm_solves_allocate::<2>(name, m),
+                warm_solves_allocate::<3>(name, m),
+            ];
+            assert_eq!(counts, [0; 3], "{name}, {m} contacts, D = 1, 2, 3");
+        }
+    }
 }

@@ -63,7 +63,10 @@ impl<T: Scalar, const D: usize> BodySpace<T, D> {
     /// Takes H and M̂; the pattern is analysed again only where it has changed.
     pub(super) fn prepare(&mut self, factors: &FactoredDelassus<T, D>, scale: &[T]) {
         let same = self.factors.as_ref().is_some_and(|old| old.same_pattern(factors));
-        self.factors = Some(factors.clone());
+        match &mut self.factors {
+            Some(old) => old.clone_from(factors),
+            none => *none = Some(factors.clone()),
+        }
         self.scale.clear();
         self.scale.extend_from_slice(scale);
         if !same {
