@@ -2,8 +2,8 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::BlockMatrix;
-use crate::linalg::{BlockRows, Multifrontal, SolveBuffers, Symmetric};
+use super::{BlockMatrix, Product};
+use crate::linalg::{BlockRows, Multifrontal, Symmetric};
 use crate::scalar::{Scalar, all_finite};
 
 /// W = H M̂⁻¹ Hᵀ kept as H and M̂, in blocks of `dofs` consecutive velocities: the six of a rigid body, the two or
@@ -21,6 +21,7 @@ pub struct FactoredDelassus<T: Scalar, const D: usize> {
     pub(crate) mass: NodeMatrix<T>,
     inverse: Inverse<T>,
     diagonal: Vec<SMatrix<T, D, D>>,
+    formed_blocks: usize,
 }
 
 /// M̂⁻¹: `dofs`×`dofs` blocks, or the factors of a coupled M̂.
@@ -83,19 +84,6 @@ pub enum FactoredError {
     },
 }
 
-/// Buffers of a product with W.
-#[derive(Debug, Clone)]
-pub(crate) struct Product<T> {
-    pub(super) velocities: Vec<T>,
-    solve: SolveBuffers<T>,
-}
-
-impl<T> Default for Product<T> {
-    fn default() -> Self {
-        Self { velocities: Vec::new(), solve: SolveBuffers::default() }
-    }
-}
-
 impl<T: Scalar, const D: usize> FactoredDelassus<T, D> {
     /// The operator of `jacobian` H (one block row per contact over the velocities) and `mass` M̂, its velocities taken
     /// in blocks of `dofs`.
@@ -120,9 +108,18 @@ impl<T: Scalar, const D: usize> FactoredDelassus<T, D> {
                 .map_err(|block| FactoredError::Singular { block })?;
             Inverse::Factors(Box::new(factors))
         };
-        let mut operator =
-            Self { dofs, nodes, jacobian, weighted: None, mass, inverse, diagonal: Vec::new() };
+        let mut operator = Self {
+            dofs,
+            nodes,
+            jacobian,
+            weighted: None,
+            mass,
+            inverse,
+            diagonal: Vec::new(),
+            formed_blocks: 0,
+        };
         operator.prepare();
+        operator.formed_blocks = operator.count_formed_blocks();
         Ok(operator)
     }
 
@@ -160,6 +157,25 @@ impl<T: Scalar, const D: usize> FactoredDelassus<T, D> {
                 }))
             })
             .collect();
+    }
+
+    /// Becomes `other`, in the memory at hand.
+    pub(crate) fn take(&mut self, other: &Self) {
+        let NodeRows { starts, nodes, columns } = &mut self.jacobian;
+        starts.clone_from(&other.jacobian.starts);
+        nodes.clone_from(&other.jacobian.nodes);
+        columns.clone_from(&other.jacobian.columns);
+        let NodeMatrix { starts, columns, values } = &mut self.mass;
+        starts.clone_from(&other.mass.starts);
+        columns.clone_from(&other.mass.columns);
+        values.clone_from(&other.mass.values);
+        (self.dofs, self.nodes, self.formed_blocks) = (other.dofs, other.nodes, other.formed_blocks);
+        self.weighted.clone_from(&other.weighted);
+        self.diagonal.clone_from(&other.diagonal);
+        match (&mut self.inverse, &other.inverse) {
+            (Inverse::Blocks(mine), Inverse::Blocks(others)) => mine.clone_from(others),
+            (mine, others) => *mine = others.clone(),
+        }
     }
 
     /// Whether `other` has its blocks at the same places.
@@ -249,6 +265,10 @@ impl<T: Scalar, const D: usize> FactoredDelassus<T, D> {
     /// Number of blocks W has when it is formed: contacts couple through the blocks of velocities they share, all of
     /// them where M̂ couples them.
     pub fn formed_blocks(&self) -> usize {
+        self.formed_blocks
+    }
+
+    fn count_formed_blocks(&self) -> usize {
         if self.weighted.is_none() {
             return self.contacts() * self.contacts();
         }

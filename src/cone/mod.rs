@@ -14,14 +14,15 @@ mod coulomb;
 mod factored;
 mod one_contact;
 mod problem;
+mod product;
 
 pub use block_matrix::BlockMatrix;
 pub use coulomb::{Status, StatusCount};
 pub use coulomb::{de_saxce, largest_eigenvalue, natural_map, project, status};
-pub(crate) use factored::Product;
 pub use factored::{FactoredDelassus, FactoredError};
 pub(crate) use one_contact::OneContactSolvers;
 pub use one_contact::{solve_one_contact, solve_one_contact_from};
 pub use problem::{
     ConeProblem, DEFINITENESS_TOLERANCE, Form, ProblemError, Residual, SPECTRUM_LIMIT, SYMMETRY_TOLERANCE,
 };
+pub(crate) use product::Product;

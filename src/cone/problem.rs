@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use nalgebra::{DMatrix, SVector};
 
 use super::coulomb::{StatusCount, de_saxce, largest_eigenvalue, natural_map, status};
-use super::factored::Product;
+use super::product::Scratch;
 use super::{BlockMatrix, FactoredDelassus, one_contact};
 use crate::scalar::{Scalar, all_finite, epsilon, lit, to_f64};
 
@@ -18,6 +18,7 @@ pub struct ConeProblem<T: Scalar, const D: usize> {
     /// W block by block; where the problem holds H and M̂ instead, filled by the first who asks.
     delassus: OnceLock<BlockMatrix<T, D>>,
     factored: Option<FactoredDelassus<T, D>>,
+    scratch: Scratch<T>,
     b: Vec<SVector<T, D>>,
     friction: Vec<T>,
 }
@@ -124,7 +125,13 @@ pub enum Form {
 
 impl<T: Scalar, const D: usize> Default for ConeProblem<T, D> {
     fn default() -> Self {
-        Self { delassus: BlockMatrix::new().into(), factored: None, b: Vec::new(), friction: Vec::new() }
+        Self {
+            delassus: BlockMatrix::new().into(),
+            factored: None,
+            scratch: Scratch::default(),
+            b: Vec::new(),
+            friction: Vec::new(),
+        }
     }
 }
 
@@ -138,7 +145,8 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
         b: Vec<SVector<T, D>>,
         friction: Vec<T>,
     ) -> Result<Self, ProblemError> {
-        let problem = Self { delassus: delassus.into(), factored: None, b, friction };
+        let problem =
+            Self { delassus: delassus.into(), factored: None, scratch: Scratch::default(), b, friction };
         problem.check()?;
         problem.check_symmetric_semidefinite()?;
         Ok(problem)
@@ -161,9 +169,21 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
             Form::Auto => delassus.nodes() * delassus.dofs() >= delassus.contacts() * D,
         };
         let problem = if formed {
-            Self { delassus: delassus.form().into(), factored: None, b, friction }
+            Self {
+                delassus: delassus.form().into(),
+                factored: None,
+                scratch: Scratch::default(),
+                b,
+                friction,
+            }
         } else {
-            Self { delassus: OnceLock::new(), factored: Some(delassus), b, friction }
+            Self {
+                delassus: OnceLock::new(),
+                factored: Some(delassus),
+                scratch: Scratch::default(),
+                b,
+                friction,
+            }
         };
         problem.check()?;
         Ok(problem)
@@ -232,18 +252,18 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
         self.delassus().row_product(contact, r) + self.b[contact]
     }
 
-    /// α → (W r + b)_α for one r: W is not formed for it.
-    fn velocities(&self, r: &[SVector<T, D>]) -> impl Fn(usize) -> SVector<T, D> {
-        let body = self.factored.as_ref().map(|factored| {
-            let mut product = Product::default();
-            factored.velocities(r, &mut product);
-            (factored, product)
-        });
-        move |i| match &body {
-            Some((factored, product)) => {
-                factored.jacobian.velocity(i, factored.dofs(), &product.velocities) + self.b[i]
+    /// Calls `visit` with every α and (W r + b)_α: W is not formed for it.
+    fn visit_velocities(&self, r: &[SVector<T, D>], mut visit: impl FnMut(usize, SVector<T, D>)) {
+        match &self.factored {
+            Some(factored) => {
+                let mut product = self.scratch.take();
+                factored.velocities(r, &mut product);
+                for (i, b) in self.b.iter().enumerate() {
+                    visit(i, factored.jacobian.velocity(i, factored.dofs(), &product.velocities) + b);
+                }
+                self.scratch.give_back(product);
             }
-            None => self.shifted_velocity(i, r),
+            None => (0..r.len()).for_each(|i| visit(i, self.shifted_velocity(i, r))),
         }
     }
 
@@ -266,13 +286,12 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
     pub fn residual(&self, r: &[SVector<T, D>]) -> Residual<T> {
         assert_eq!(r.len(), self.contacts(), "one percussion per contact");
         let (mut natural, mut scaled) = (T::zero(), T::zero());
-        let velocity = self.velocities(r);
-        for (i, r_i) in r.iter().enumerate() {
-            let phi = de_saxce(&velocity(i), self.friction[i]);
-            natural += natural_map(r_i, &phi, self.friction[i]).norm_squared();
+        self.visit_velocities(r, |i, w| {
+            let phi = de_saxce(&w, self.friction[i]);
+            natural += natural_map(&r[i], &phi, self.friction[i]).norm_squared();
             let size = largest_eigenvalue(self.diagonal(i));
-            scaled += (natural_map(r_i, &(phi / size), self.friction[i]) * size).norm_squared();
-        }
+            scaled += (natural_map(&r[i], &(phi / size), self.friction[i]) * size).norm_squared();
+        });
         let (natural, scaled) = (nalgebra::ComplexField::sqrt(natural), nalgebra::ComplexField::sqrt(scaled));
         let b = self.b_norm();
         let scaled = if scaled == T::zero() { scaled } else { scaled / b };
@@ -282,12 +301,11 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
     /// The scaled residual alone, with `sizes` = λ_max(W_αα) at hand.
     pub(crate) fn scaled_residual(&self, r: &[SVector<T, D>], sizes: &[T]) -> T {
         let mut sum = T::zero();
-        let velocity = self.velocities(r);
-        for (i, (r_i, &size)) in r.iter().zip(sizes).enumerate() {
-            let mu = self.friction[i];
-            let phi = de_saxce(&velocity(i), mu);
-            sum += (natural_map(r_i, &(phi / size), mu) * size).norm_squared();
-        }
+        self.visit_velocities(r, |i, w| {
+            let (mu, size) = (self.friction[i], sizes[i]);
+            let phi = de_saxce(&w, mu);
+            sum += (natural_map(&r[i], &(phi / size), mu) * size).norm_squared();
+        });
         if sum == T::zero() { sum } else { nalgebra::ComplexField::sqrt(sum) / self.b_norm() }
     }
 

@@ -64,7 +64,7 @@ impl<T: Scalar, const D: usize> BodySpace<T, D> {
     pub(super) fn prepare(&mut self, factors: &FactoredDelassus<T, D>, scale: &[T]) {
         let same = self.factors.as_ref().is_some_and(|old| old.same_pattern(factors));
         match &mut self.factors {
-            Some(old) => old.clone_from(factors),
+            Some(old) => old.take(factors),
             none => *none = Some(factors.clone()),
         }
         self.scale.clear();
