@@ -12,7 +12,7 @@ use random_problems::{Recipe, random};
 /// Solvers that have to solve every small problem that has a solution: they restart elsewhere when they cycle. No
 /// proof covers the others once friction couples redundant contacts; they may end without a solution, but must then
 /// say so and return their best.
-const ROBUST: &[&str] = &["newton"];
+const ROBUST: &[&str] = &["newton", "hybrid", "proximal-newton"];
 
 /// Solvers whose rate falls with the condition of W.
 const LOCAL: &[&str] = &["nsgs", "admm", "extragradient"];
