@@ -1,5 +1,8 @@
 //! A Gauss–Seidel sweep against the bare row gather it cannot do without, in one run: nanoseconds per contact and their
-//! ratio, for 20,000 contacts with seven blocks per row in an order unfriendly to the cache.
+//! ratio, for 20,000 contacts: `cargo bench --bench sweep`.
+//!
+//! Two patterns: a masonry wall (its W, or its leading D×D blocks), and a lattice with seven blocks per row numbered at
+//! random, unfriendly to the cache and with little to gather.
 
 #[path = "families/mod.rs"]
 #[allow(dead_code)]
@@ -8,9 +11,9 @@ mod families;
 use std::hint::black_box;
 use std::time::Instant;
 
-use families::Random;
+use families::{Random, wall};
 use nalgebra::{SMatrix, SVector};
-use nonsmooth::cone::{BlockMatrix, ConeProblem};
+use nonsmooth::cone::{BlockMatrix, ConeProblem, Form};
 use nonsmooth::solver::{ConeSolver, Nsgs, NsgsSettings, Stopping};
 
 /// Contacts on a periodic 3D lattice with six neighbours, numbered at random.
@@ -67,8 +70,22 @@ fn timed(run: impl FnOnce()) -> f64 {
     clock() - start
 }
 
-fn compare<const D: usize>() {
-    let problem = lattice::<D>(27, 7);
+/// The wall's W in the first D directions of every contact, formed.
+fn masonry<const D: usize>(side: usize) -> ConeProblem<f64, D> {
+    let spatial = wall(side, side, 1).problem(Form::Formed, 0.0);
+    let mut w = BlockMatrix::new();
+    for i in 0..spatial.contacts() {
+        w.start_row();
+        spatial
+            .delassus()
+            .row(i)
+            .for_each(|(j, block)| w.push(j, block.fixed_view::<D, D>(0, 0).into_owned()));
+    }
+    let b = spatial.b().iter().map(|b| b.fixed_rows::<D>(0).into_owned()).collect();
+    ConeProblem::new(w, b, spatial.friction().to_vec()).expect("a problem")
+}
+
+fn compare<const D: usize>(pattern: &str, problem: &ConeProblem<f64, D>) {
     let m = problem.contacts();
     let start = vec![SVector::<f64, D>::zeros(); m];
     let mut r = start.clone();
@@ -76,7 +93,7 @@ fn compare<const D: usize>() {
         let stopping = Stopping { max_iterations: Some(sweeps), ..Stopping::to(1e-300) };
         let mut solver = Nsgs::new(NsgsSettings { stopping, acceleration: 0, ..NsgsSettings::default() });
         // The budget ends first, by design.
-        let _ = solver.solve(&problem, &start, r);
+        let _ = solver.solve(problem, &start, r);
     };
     let (mut gather, mut few, mut many) = (f64::INFINITY, f64::INFINITY, f64::INFINITY);
     for _ in 0..5 {
@@ -94,7 +111,8 @@ fn compare<const D: usize>() {
     let (sweep, gather) = ((many - few) / 64.0, gather / 64.0);
     let per_contact = 1e9 / m as f64;
     println!(
-        "D = {D}, {m} contacts: gather {:5.1} ns, sweep {:5.1} ns per contact, ratio {:.2}",
+        "{pattern:<8} D = {D}, {m} contacts, {:4.1} blocks per row: gather {:5.1} ns, sweep {:5.1} ns per contact, ratio {:.2}",
+        problem.delassus_blocks() as f64 / m as f64,
         gather * per_contact,
         sweep * per_contact,
         sweep / gather
@@ -102,7 +120,10 @@ fn compare<const D: usize>() {
 }
 
 fn main() {
-    compare::<1>();
-    compare::<2>();
-    compare::<3>();
+    compare("wall", &masonry::<1>(50));
+    compare("wall", &masonry::<2>(50));
+    compare("wall", &masonry::<3>(50));
+    compare("lattice", &lattice::<1>(27, 7));
+    compare("lattice", &lattice::<2>(27, 7));
+    compare("lattice", &lattice::<3>(27, 7));
 }
