@@ -24,6 +24,7 @@ pub mod fclib;
 #[cfg(any(feature = "outputs", feature = "figures", feature = "fclib"))]
 pub mod file;
 pub mod linalg;
+pub mod mesh;
 pub mod observe;
 #[cfg(feature = "figures")]
 pub mod plot;

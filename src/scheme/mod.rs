@@ -3,10 +3,12 @@
 mod activation;
 mod delassus;
 mod error;
+mod kept;
 mod record;
 mod setup;
 mod step;
 mod theta_scheme;
+mod velocity;
 
 pub use activation::{Activation, ActivationRule};
 pub use error::{SetupError, StepError};

@@ -66,11 +66,13 @@ pub(super) struct Next<T: Scalar, const D: usize> {
     /// M v and K q of the state, and of its successor.
     pub(super) momentum: [Vec<T>; 2],
     pub(super) elastic_force: [Vec<T>; 2],
+    /// Impulses that move the prescribed degrees of freedom.
+    pub(super) reaction: Vec<T>,
     pub(super) contacts: Vec<ContactStep<T, D>>,
 }
 
 impl<T: Scalar, const D: usize> Next<T, D> {
-    pub(super) fn new(dofs: usize) -> Self {
+    pub(super) fn new(dofs: usize, prescribed: usize) -> Self {
         let zeros = || vec![T::zero(); dofs];
         Self {
             q: zeros(),
@@ -81,6 +83,7 @@ impl<T: Scalar, const D: usize> Next<T, D> {
             scratch: zeros(),
             momentum: [zeros(), zeros()],
             elastic_force: [zeros(), zeros()],
+            reaction: vec![T::zero(); prescribed],
             contacts: Vec::new(),
         }
     }
