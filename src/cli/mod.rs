@@ -64,6 +64,9 @@ struct RunArguments {
     /// Accept a θ outside the interval in which a law is proved dissipative.
     #[arg(long)]
     allow_unproved_theta: bool,
+    /// Mesh of the elastic body (Gmsh, MSH 4.1 or 2.2), in place of the scene's.
+    #[arg(long)]
+    mesh: Option<PathBuf>,
     /// Folder of the results [default: out/<name of the scene file>].
     #[arg(long)]
     out: Option<PathBuf>,

@@ -61,6 +61,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<ExitCode, Box<dyn Error>> 
             None => None,
         },
         allow_unproved_theta: arguments.allow_unproved_theta,
+        mesh: arguments.mesh.clone(),
     });
     let runs = scene.runs()?;
     let interrupt = Arc::new(AtomicBool::new(false));

@@ -192,14 +192,29 @@ impl<T: Scalar> SparseCholesky<T> {
             let below = &mut below[..h - c];
             below.fill(T::zero());
             let head = &mut x[s.start..s.start + c];
-            for (j, column) in block.chunks_exact(h).enumerate() {
+            let mut groups = block.chunks_exact(WIDTH * h);
+            let mut j = 0;
+            for group in groups.by_ref() {
+                let columns: [&[T]; WIDTH] = std::array::from_fn(|k| &group[k * h..(k + 1) * h]);
+                let mut factors = [T::zero(); WIDTH];
+                for k in 0..WIDTH {
+                    let known = (0..k).fold(head[j + k], |sum, i| sum - columns[i][j + k] * factors[i]);
+                    factors[k] = known * inverse_diagonal[s.start + j + k];
+                    head[j + k] = factors[k];
+                }
+                subtract(&mut head[j + WIDTH..], columns.map(|column| &column[j + WIDTH..c]), factors);
+                subtract(below, columns.map(|column| &column[c..]), factors);
+                j += WIDTH;
+            }
+            for column in groups.remainder().chunks_exact(h) {
                 let value = head[j] * inverse_diagonal[s.start + j];
                 head[j] = value;
                 super::axpy(&mut head[j + 1..], -value, &column[j + 1..c]);
-                super::axpy(below, value, &column[c..]);
+                super::axpy(below, -value, &column[c..]);
+                j += 1;
             }
             for (&row, &sum) in rows[s.below..s.below + h - c].iter().zip(&*below) {
-                x[row as usize] -= sum;
+                x[row as usize] += sum;
             }
         }
     }
@@ -215,26 +230,59 @@ impl<T: Scalar> SparseCholesky<T> {
                 *sum = x[row as usize];
             }
             let head = &mut x[s.start..s.start + c];
-            for (j, column) in block.chunks_exact(h).enumerate().rev() {
-                let sum = dot(&column[c..], below) + dot(&column[j + 1..c], &head[j + 1..]);
-                head[j] = (head[j] - sum) * inverse_diagonal[s.start + j];
+            let grouped = c - c % WIDTH;
+            for j in (grouped..c).rev() {
+                let column = &block[j * h..(j + 1) * h];
+                let [sum] = dots([&column[c..]], below);
+                let [inner] = dots([&column[j + 1..c]], &head[j + 1..]);
+                head[j] = (head[j] - sum - inner) * inverse_diagonal[s.start + j];
+            }
+            for (g, group) in block[..grouped * h].chunks_exact(WIDTH * h).enumerate().rev() {
+                let j = g * WIDTH;
+                let columns: [&[T]; WIDTH] = std::array::from_fn(|k| &group[k * h..(k + 1) * h]);
+                let sums = dots(columns.map(|column| &column[c..]), below);
+                let inner = dots(columns.map(|column| &column[j + WIDTH..c]), &head[j + WIDTH..]);
+                for k in (0..WIDTH).rev() {
+                    let right = head[j + k] - sums[k] - inner[k];
+                    let right = (k + 1..WIDTH).fold(right, |sum, i| sum - columns[k][j + i] * head[j + i]);
+                    head[j + k] = right * inverse_diagonal[s.start + j + k];
+                }
             }
         }
     }
 }
 
-/// Σ xᵢ yᵢ in four partial sums, so that it vectorises.
+/// Columns taken together, so that what they share is read once.
+const WIDTH: usize = 4;
+
+/// y ← y − Σ_k f_k x_k.
 #[inline]
-fn dot<T: Scalar>(x: &[T], y: &[T]) -> T {
-    let mut sums = [T::zero(); 4];
-    let (x4, y4) = (x.chunks_exact(4), y.chunks_exact(4));
-    let rest = super::dot(x4.remainder(), y4.remainder());
-    for (x, y) in x4.zip(y4) {
-        for i in 0..4 {
-            sums[i] += x[i] * y[i];
+fn subtract<T: Scalar>(y: &mut [T], columns: [&[T]; WIDTH], factors: [T; WIDTH]) {
+    let n = y.len();
+    let [a, b, c, d] = columns.map(|column| &column[..n]);
+    for i in 0..n {
+        y[i] -= (a[i] * factors[0] + b[i] * factors[1]) + (c[i] * factors[2] + d[i] * factors[3]);
+    }
+}
+
+/// x_k·y for several x, each in four partial sums, so that they vectorise.
+#[inline]
+fn dots<T: Scalar, const K: usize>(columns: [&[T]; K], y: &[T]) -> [T; K] {
+    let n = y.len();
+    let columns = columns.map(|column| &column[..n]);
+    let mut sums = [[T::zero(); 4]; K];
+    let whole = n - n % 4;
+    for i in (0..whole).step_by(4) {
+        for k in 0..K {
+            for lane in 0..4 {
+                sums[k][lane] += columns[k][i + lane] * y[i + lane];
+            }
         }
     }
-    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
+    std::array::from_fn(|k| {
+        let [a, b, c, d] = sums[k];
+        (a + b) + (c + d) + super::dot(&columns[k][whole..], &y[whole..])
+    })
 }
 
 /// AMD on the unknowns that do not come last, then the others in their own order; and where those begin.

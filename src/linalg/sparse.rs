@@ -15,6 +15,8 @@ pub struct SparseSymmetric<T: Scalar> {
     /// Half the memory of `usize`: a product is as fast as its operator is read.
     rows: Vec<u32>,
     values: Vec<T>,
+    /// Whether the next column has the same rows, and is taken with this one.
+    twins: Vec<bool>,
 }
 
 impl<T: Scalar> SparseSymmetric<T> {
@@ -42,8 +44,14 @@ impl<T: Scalar> SparseSymmetric<T> {
     fn assemble(size: usize, triplets: impl Iterator<Item = (usize, usize, T)>) -> Self {
         let matrix = columns(size, triplets);
         // Fits: every way in checks the size, or starts from an operator.
-        let rows = matrix.row_idx().iter().map(|&row| row as u32).collect();
-        Self { starts: matrix.col_ptr().to_vec(), rows, values: matrix.val().to_vec() }
+        let rows: Vec<u32> = matrix.row_idx().iter().map(|&row| row as u32).collect();
+        let starts = matrix.col_ptr().to_vec();
+        let mut twins = vec![false; size];
+        for j in 1..size {
+            let alike = rows[starts[j - 1]..starts[j]] == rows[starts[j]..starts[j + 1]];
+            twins[j - 1] = alike && (j < 2 || !twins[j - 2]);
+        }
+        Self { starts, rows, values: matrix.val().to_vec(), twins }
     }
 
     /// One triangle of the operator with unknown i at `place[i]`.
@@ -115,10 +123,28 @@ impl<T: Scalar> SparseSymmetric<T> {
         self.starts.len() - 1
     }
 
-    /// y ← A x; a column of A is a row of A, so every entry of y is one gather.
+    /// y ← A x; a column of A is a row of A, so every entry of y is one gather. Two rows with the same columns, as
+    /// the components of a node have, share it.
     pub fn multiply(&self, x: &[T], y: &mut [T]) {
-        for (j, y_j) in y.iter_mut().enumerate() {
-            *y_j = self.column(j).fold(T::zero(), |sum, (i, a)| sum + a * x[i]);
+        let mut j = 0;
+        while j < y.len() {
+            let (start, end) = (self.starts[j], self.starts[j + 1]);
+            if self.twins[j] {
+                let count = end - start;
+                let (first, second) = self.values[start..end + count].split_at(count);
+                let (mut a, mut b) = (T::zero(), T::zero());
+                for ((&i, &p), &q) in self.rows[start..end].iter().zip(first).zip(second) {
+                    let x = x[i as usize];
+                    a += p * x;
+                    b += q * x;
+                }
+                (y[j], y[j + 1]) = (a, b);
+                j += 2;
+            } else {
+                let entries = self.rows[start..end].iter().zip(&self.values[start..end]);
+                y[j] = entries.fold(T::zero(), |sum, (&i, &a)| sum + a * x[i as usize]);
+                j += 1;
+            }
         }
     }
 }

@@ -51,6 +51,11 @@ impl<T: Scalar, const D: usize> ConstantRows<T, D> {
         columns.filter(|&dof| dof < free).collect()
     }
 
+    /// H itself.
+    pub(super) fn rows(&self) -> &BlockRows<T, D> {
+        &self.rows
+    }
+
     /// W = H M̂⁻¹ Hᵀ, with the factors of M̂ over the first `free` degrees of freedom.
     pub(super) fn delassus(self, factor: &mut Factor<T>, free: usize) -> Kept<T, D> {
         let m = self.ids.len();
@@ -101,6 +106,16 @@ pub(super) struct Kept<T: Scalar, const D: usize> {
 }
 
 impl<T: Scalar, const D: usize> Kept<T, D> {
+    /// w ← all of it.
+    pub(super) fn all(&self, w: &mut BlockMatrix<T, D>) {
+        let m = self.ids.len();
+        w.clear();
+        for a in 0..m {
+            w.start_row();
+            (0..m).for_each(|b| w.push(b, self.w[a * m + b]));
+        }
+    }
+
     /// w ← the rows and columns of the active contacts, which are ordered by identity; left alone where they are
     /// those of the last step.
     ///

@@ -2,6 +2,7 @@
 
 mod activation;
 mod delassus;
+mod equilibrium;
 mod error;
 mod kept;
 mod record;
@@ -11,7 +12,8 @@ mod theta_scheme;
 mod velocity;
 
 pub use activation::{Activation, ActivationRule};
+pub use equilibrium::{EquilibriumError, equilibrium};
 pub use error::{SetupError, StepError};
-pub use record::{ContactStep, State, Step};
+pub use record::{ContactStep, Part, State, Step};
 pub use setup::Settings;
 pub use theta_scheme::ThetaScheme;

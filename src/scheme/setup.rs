@@ -132,11 +132,12 @@ pub(super) fn check_sizes<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
 /// The tolerances of the active set in this system, (gap, velocity).
 pub(super) fn tolerances<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
     activation: &Activation<T>,
+    solver_tolerance: T,
     system: &S,
     q: &[T],
     v: &[T],
 ) -> Result<(T, T), SetupError> {
-    let tolerances = activation.tolerances(system.scales(q, v));
+    let tolerances = activation.tolerances(system.scales(q, v), solver_tolerance);
     for (what, value) in [("gap", tolerances.0), ("velocity", tolerances.1)] {
         if !(value > T::zero() && all_finite([&value])) {
             return Err(SetupError::ActivationTolerance { what, value: to_f64(value) });

@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 
 use super::record::Next;
-use super::{ActivationRule, ContactStep, Settings, Step, StepError, ThetaScheme};
+use super::{ActivationRule, ContactStep, Part, Settings, Step, StepError, ThetaScheme};
 use crate::contact::{Candidate, ContactId};
 use crate::energy::{Balance, Energies};
 use crate::laws::ContactLaw;
@@ -24,19 +24,33 @@ where
     /// # Errors
     /// [`StepError`] with the time and the numbers; the state is then that of before the step.
     pub fn step(&mut self) -> Result<&Step<T, D>, StepError> {
+        self.step_with(|_| ())
+    }
+
+    /// [`step`](Self::step) that tells when each part of it is done, for measurements.
+    ///
+    /// # Errors
+    /// As [`step`](Self::step).
+    pub fn step_with(&mut self, mut done: impl FnMut(Part)) -> Result<&Step<T, D>, StepError> {
         // M̂ (v_free − v_k) = h (F_{k+θ} − C v_k − K (q_k + hθ v_k))
         self.set_free_velocity()?;
+        done(Part::FreeVelocity);
         // α is active iff g^α(q_k + h v_k) ≤ 0 and u^α_{N,k} ≤ 0                                 (55)
         self.find_active_contacts()?;
+        done(Part::ActiveSet);
         // w = W p + b,  W = H M̂⁻¹ Hᵀ,  b = H v_free + δ,  δ = ((1−γ) u_k + s)/γ
         self.set_cone_problem()?;
+        done(Part::ConeProblem);
         // K* ∋ Φ(w) ⟂ p ∈ K                                                                      (81)
         let solution = self.solve_cone_problem()?;
+        done(Part::ConeSolution);
         // v_{k+1} = v_free + M̂⁻¹ Hᵀ p,  q_{k+1} = q_k + h v_{k+θ}
         self.set_next_state()?;
+        done(Part::NextState);
         // E_{k+1} − E_k = W_ext + W_damp + (½−θ)(…) + Σ u_{k+θ}·p                                (56)
         let (energies, balance) = self.balance()?;
         self.accept(solution, energies, balance);
+        done(Part::Ledger);
         Ok(&self.last)
     }
 

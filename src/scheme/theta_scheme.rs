@@ -102,7 +102,7 @@ where
             let (kinetic, elastic) = (to_f64(energies.kinetic), to_f64(energies.elastic));
             return Err(SetupError::Energy { kinetic, elastic });
         }
-        let tolerances = tolerances(&settings.activation, &system, &q, &v)?;
+        let tolerances = tolerances(&settings.activation, solver.stopping().tolerance, &system, &q, &v)?;
         Ok(Self {
             system,
             laws,

@@ -10,6 +10,7 @@ mod rigid_bodies;
 mod signal;
 
 use std::fmt::Debug;
+use std::sync::Arc;
 
 pub use elastic::{
     Axis, ElasticBody, ElasticBodyBuilder, ElasticError, Geometry, Hypothesis, MassForm, Material,
@@ -74,6 +75,16 @@ pub trait MechanicalSystem<T: Scalar, const D: usize>: Debug + Send {
     /// Size and speed that make the tolerances of the active set scale-free.
     fn scales(&self, q: &[T], v: &[T]) -> Scales<T>;
 
+    /// Mesh and numbering of an elastic body, for outputs.
+    fn geometry(&self) -> Option<&Arc<Geometry<T>>> {
+        None
+    }
+
+    /// Node of the mesh that a contact belongs to, for outputs.
+    fn contact_node(&self, _contact: ContactId) -> Option<usize> {
+        None
+    }
+
     /// Name of a contact in outputs.
     fn contact_label(&self, contact: ContactId) -> String {
         contact.0.to_string()
@@ -123,6 +134,12 @@ impl<T: Scalar, const D: usize, S: MechanicalSystem<T, D> + ?Sized> MechanicalSy
     }
     fn scales(&self, q: &[T], v: &[T]) -> Scales<T> {
         (**self).scales(q, v)
+    }
+    fn geometry(&self) -> Option<&Arc<Geometry<T>>> {
+        (**self).geometry()
+    }
+    fn contact_node(&self, contact: ContactId) -> Option<usize> {
+        (**self).contact_node(contact)
     }
     fn contact_label(&self, contact: ContactId) -> String {
         (**self).contact_label(contact)

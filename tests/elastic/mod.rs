@@ -9,17 +9,18 @@ use nonsmooth::scheme::{Activation, ActivationRule, Settings, ThetaScheme};
 use nonsmooth::solver::{self, ConeSolver, Stopping};
 use nonsmooth::system::{Axis, ElasticBody, Hypothesis, MassForm, Material, Signal, Support};
 
-pub type Scheme<const D: usize> =
+pub(crate) type Scheme<const D: usize> =
     ThetaScheme<f64, D, ElasticBody<f64>, Box<dyn ContactLaw<f64, D>>, Box<dyn ConeSolver<f64, D>>>;
 
 /// Names of the groups of the authors' mesh.
-pub const CONTACT: &str = "Contact BC";
-pub const TOP: &str = "Confining displacement";
-pub const LEFT: &str = "Applied force";
+pub(crate) const CONTACT: &str = "Contact BC";
+pub(crate) const TOP: &str = "Confining displacement";
+pub(crate) const LEFT: &str = "Applied force";
 
 /// The authors' mesh, read where it is; `None`, with a line, where it is not.
-pub fn authors_mesh() -> Option<Mesh> {
-    let folder = std::env::var_os("NONSMOOTH_DATA").map_or_else(|| PathBuf::from("../shared/data"), PathBuf::from);
+pub(crate) fn authors_mesh() -> Option<Mesh> {
+    let folder =
+        std::env::var_os("NONSMOOTH_DATA").map_or_else(|| PathBuf::from("../shared/data"), PathBuf::from);
     let path = folder.join("sliding_block_mesh.msh");
     if !path.exists() {
         println!("skipped: {} is not there (set NONSMOOTH_DATA)", path.display());
@@ -29,14 +30,14 @@ pub fn authors_mesh() -> Option<Mesh> {
 }
 
 /// The block meshed here, under the names of the authors' groups.
-pub fn built_in_mesh(size: f64, pattern: Pattern) -> Mesh {
+pub(crate) fn built_in_mesh(size: f64, pattern: Pattern) -> Mesh {
     let mut mesh = rectangle(40.0, 25.0, size, pattern).expect("a rectangle");
     mesh.rename_groups([("bottom", CONTACT), ("top", TOP), ("left", LEFT)]).expect("groups of a rectangle");
     mesh
 }
 
 /// Section 5.2: 40 mm × 25 mm × 15 mm of PMMA; mm, ms, g, so MPa, N, mJ.
-pub fn block(mesh: Mesh, hypothesis: Hypothesis) -> ElasticBody<f64> {
+pub(crate) fn block(mesh: Mesh, hypothesis: Hypothesis) -> ElasticBody<f64> {
     let material = Material { young: 5750.0, poisson: 0.358, density: 1.17e-3, section: 15.0, hypothesis };
     let mut builder = ElasticBody::builder("block", mesh, material).expect("a material");
     builder.gravity([0.0, -1e-3]).expect("gravity");
@@ -49,7 +50,13 @@ pub fn block(mesh: Mesh, hypothesis: Hypothesis) -> ElasticBody<f64> {
 }
 
 /// The block at rest in its preload, stepped by a registered law and solver, e = 0, μ = ½.
-pub fn block_scheme(mesh: Mesh, hypothesis: Hypothesis, law: &str, solver: &str, rule: ActivationRule) -> Scheme<2> {
+pub(crate) fn block_scheme(
+    mesh: Mesh,
+    hypothesis: Hypothesis,
+    law: &str,
+    solver: &str,
+    rule: ActivationRule,
+) -> Scheme<2> {
     let block = block(mesh, hypothesis);
     let q = block.preload(0.0, Support::Fixed, false).expect("an equilibrium");
     let v = vec![0.0; q.len()];
@@ -62,7 +69,7 @@ pub fn block_scheme(mesh: Mesh, hypothesis: Hypothesis, law: &str, solver: &str,
 
 /// A bar of `elements` elements from x = 0 to 10 with E = 900, ρ = 1, A = 1 at velocity `speed`, above a wall whose
 /// face is at `wall` ≤ 0, under gravity −`gravity`.
-pub fn bar(elements: usize, wall: f64, gravity: f64, mass: MassForm) -> ElasticBody<f64> {
+pub(crate) fn bar(elements: usize, wall: f64, gravity: f64, mass: MassForm) -> ElasticBody<f64> {
     let mesh = Mesh::interval(10.0, elements).expect("a line");
     let hypothesis = Hypothesis::PlaneStress;
     let material = Material { young: 900.0, poisson: 0.0, density: 1.0, section: 1.0, hypothesis };

@@ -150,14 +150,6 @@ impl<T: Scalar> ElasticBody<T> {
         self.contacts.len()
     }
 
-    /// The node of a contact.
-    ///
-    /// # Panics
-    /// For a contact the body does not have.
-    pub fn contact_node(&self, contact: ContactId) -> usize {
-        self.contacts[contact.0 as usize].node
-    }
-
     /// Total mass (kg).
     pub fn total_mass(&self) -> T {
         let mesh = &self.geometry.mesh;
@@ -235,6 +227,14 @@ impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for ElasticBody<T> {
         let speed = nalgebra::RealField::max(self.scales.speed, max_abs(v));
         let fallback = self.geometry.material.bar_wave_speed();
         Scales { speed: if speed > T::zero() { speed } else { fallback }, ..self.scales }
+    }
+
+    fn geometry(&self) -> Option<&Arc<Geometry<T>>> {
+        Some(&self.geometry)
+    }
+
+    fn contact_node(&self, contact: ContactId) -> Option<usize> {
+        self.contacts.get(contact.0 as usize).map(|contact| contact.node)
     }
 
     fn contact_label(&self, contact: ContactId) -> String {
