@@ -3,10 +3,13 @@
 //! Exit codes: 0 done; 1 a run or a solve ended before its aim; 2 the input or the output cannot be used;
 //! 130 interrupted.
 
+mod checkpoint;
+mod frames;
 mod problems;
 mod progress;
 mod report;
 mod run;
+mod shown;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -73,6 +76,13 @@ struct RunArguments {
     /// Write no figures.
     #[arg(long)]
     no_figures: bool,
+    /// Leave a checkpoint every so many steps, which --resume goes on from.
+    #[arg(long, value_name = "STEPS", conflicts_with = "resume", value_parser = clap::value_parser!(u64).range(1..))]
+    checkpoint: Option<u64>,
+    /// Go on from the last checkpoint in this folder of results, with the scene and the options of the run that
+    /// left it.
+    #[arg(long, value_name = "DIR", conflicts_with = "out")]
+    resume: Option<PathBuf>,
 }
 
 /// The input or the output cannot be used.

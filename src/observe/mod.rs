@@ -7,6 +7,8 @@ mod figures;
 mod series;
 #[cfg(feature = "outputs")]
 mod summary;
+#[cfg(feature = "vtk")]
+mod vtk;
 
 #[cfg(feature = "outputs")]
 pub use self::csv::{CsvFiles, CsvMark, Rates};
@@ -15,6 +17,9 @@ pub use figures::{comparison_figure, elastic_figure, mesh_figure, run_figure};
 pub use series::{RunSeries, SeriesMark, SeriesRecorder};
 #[cfg(feature = "outputs")]
 pub use summary::{Impact, RunSummary, SummaryMark, SummaryRecorder, WORK_ROUNDOFF, work_roundoff};
+
+#[cfg(feature = "vtk")]
+pub use vtk::VtkSeries;
 
 use crate::scalar::{Scalar, to_f64};
 use crate::scheme::{Settings, State, Step};

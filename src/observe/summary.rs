@@ -99,6 +99,16 @@ pub struct RunSummary {
     pub stopped: Option<String>,
 }
 
+impl RunSummary {
+    /// The summary with its wall time, which is not among the figures written.
+    #[must_use]
+    pub fn with_wall_seconds(mut self, seconds: f64) -> Self {
+        self.wall_seconds = seconds;
+        self.us_per_step = seconds * 1e6 / self.steps.max(1) as f64;
+        self
+    }
+}
+
 /// Records a [`RunSummary`].
 #[derive(Debug, Default)]
 pub struct SummaryRecorder {
@@ -148,9 +158,9 @@ impl SummaryRecorder {
         let (tangential, normal) = self.works.unwrap_or_default();
         summary.max_tangential_work = tangential;
         summary.max_normal_work = normal;
-        summary.us_per_step = summary.wall_seconds * 1e6 / summary.steps.max(1) as f64;
         summary.stopped = stopped;
-        Some(summary)
+        let seconds = summary.wall_seconds;
+        Some(summary.with_wall_seconds(seconds))
     }
 }
 

@@ -300,7 +300,15 @@ impl<T: Scalar> ElasticBodyBuilder<T> {
             });
         }
         let prescribed = (free < components).then(|| Prescribed::new(free, motions, self.signals));
-        let geometry = Geometry { name: self.name, mesh: self.mesh, material: self.material, dofs, order };
+        let geometry = Geometry {
+            name: self.name,
+            mesh: self.mesh,
+            material: self.material,
+            dofs,
+            order,
+            obstacles: self.obstacles,
+            contacts: self.contacts,
+        };
         Ok(ElasticBody {
             geometry: Arc::new(geometry),
             mass,
@@ -308,8 +316,6 @@ impl<T: Scalar> ElasticBodyBuilder<T> {
             stiffness,
             forces,
             prescribed,
-            obstacles: self.obstacles,
-            contacts: self.contacts,
             interfaces: self.interfaces,
             scales,
         })

@@ -56,6 +56,8 @@ pub struct Geometry<T> {
     /// Degree of freedom of component `dimension·node + axis`, and the component of each degree of freedom.
     dofs: Vec<usize>,
     order: Vec<usize>,
+    obstacles: Vec<Obstacle<T>>,
+    contacts: Vec<ContactNode>,
 }
 
 impl<T: Scalar> Geometry<T> {
@@ -93,6 +95,19 @@ impl<T: Scalar> Geometry<T> {
         [axis(0), axis(1)]
     }
 
+    fn gap(&self, contact: &ContactNode, q: &[T]) -> T {
+        let obstacle = &self.obstacles[contact.obstacle];
+        let at = self.mesh.nodes()[contact.node].position.map(lit::<T>);
+        let displacement = Vector2::from(self.at_node(contact.node, q));
+        // The place first: displacements are small against it, and the gap of a node on the plane is exact.
+        (obstacle.normal.dot(&Vector2::from(at)) - obstacle.distance) + obstacle.normal.dot(&displacement)
+    }
+
+    /// The nodes that may touch an obstacle with their gaps (m), once per obstacle.
+    pub fn gaps(&self, q: &[T]) -> impl Iterator<Item = (usize, T)> {
+        self.contacts.iter().map(|contact| (contact.node, self.gap(contact, q)))
+    }
+
     /// Stress (σ_xx, σ_yy, σ_xy) (Pa) and von Mises stress of every element of the body, in its order.
     pub fn stresses(&self, q: &[T]) -> Vec<([T; 3], T)> {
         let displacement = |node: usize| self.at_node(node, q);
@@ -121,8 +136,6 @@ pub struct ElasticBody<T: Scalar> {
     stiffness: Symmetric<T>,
     forces: Forces<T>,
     prescribed: Option<Prescribed<T>>,
-    obstacles: Vec<Obstacle<T>>,
-    contacts: Vec<ContactNode>,
     interfaces: usize,
     scales: Scales<T>,
 }
@@ -147,7 +160,7 @@ impl<T: Scalar> ElasticBody<T> {
 
     /// Number of nodes that may touch an obstacle, counted once per obstacle.
     pub fn contact_count(&self) -> usize {
-        self.contacts.len()
+        self.geometry.contacts.len()
     }
 
     /// Total mass (kg).
@@ -157,14 +170,6 @@ impl<T: Scalar> ElasticBody<T> {
         volume.fold(T::zero(), |sum, x| sum + x)
             * self.geometry.material.density
             * self.geometry.material.section
-    }
-
-    fn gap(&self, contact: &ContactNode, q: &[T]) -> T {
-        let obstacle = &self.obstacles[contact.obstacle];
-        let at = self.geometry.mesh.nodes()[contact.node].position.map(lit::<T>);
-        let displacement = Vector2::from(self.geometry.at_node(contact.node, q));
-        // The place first: displacements are small against it, and the gap of a node on the plane is exact.
-        (obstacle.normal.dot(&Vector2::from(at)) - obstacle.distance) + obstacle.normal.dot(&displacement)
     }
 }
 
@@ -202,8 +207,8 @@ impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for ElasticBody<T> {
     }
 
     fn candidates(&mut self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>) {
-        for (i, contact) in self.contacts.iter().enumerate() {
-            let gap = self.gap(contact, q);
+        for (i, contact) in self.geometry.contacts.iter().enumerate() {
+            let gap = self.geometry.gap(contact, q);
             // Written so that a NaN gap is offered, and then refused by name.
             if !(gap > reach) {
                 out.push(Candidate { id: ContactId(i as u64), interface: contact.interface, gap });
@@ -214,8 +219,8 @@ impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for ElasticBody<T> {
     fn jacobian(&self, contact: ContactId, _q: &[T], out: &mut BlockRows<T, D>) {
         const { assert!(D <= 2, "planar bodies have contacts of dimension 1 or 2") };
         out.start_row();
-        let contact = self.contacts[contact.0 as usize];
-        let normal = self.obstacles[contact.obstacle].normal;
+        let contact = self.geometry.contacts[contact.0 as usize];
+        let normal = self.geometry.obstacles[contact.obstacle].normal;
         let frame = [normal, Vector2::new(normal.y, -normal.x)];
         for axis in 0..self.geometry.mesh.dimension() {
             let column = SVector::<T, D>::from_fn(|row, _| frame[row][axis]);
@@ -234,13 +239,13 @@ impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for ElasticBody<T> {
     }
 
     fn contact_node(&self, contact: ContactId) -> Option<usize> {
-        self.contacts.get(contact.0 as usize).map(|contact| contact.node)
+        self.geometry.contacts.get(contact.0 as usize).map(|contact| contact.node)
     }
 
     fn contact_label(&self, contact: ContactId) -> String {
-        let contact = self.contacts[contact.0 as usize];
+        let contact = self.geometry.contacts[contact.0 as usize];
         let tag = self.geometry.mesh.nodes()[contact.node].tag;
-        format!("{}.n{tag}|{}", self.geometry.name, self.obstacles[contact.obstacle].label)
+        format!("{}.n{tag}|{}", self.geometry.name, self.geometry.obstacles[contact.obstacle].label)
     }
 
     fn dof_label(&self, dof: usize) -> String {

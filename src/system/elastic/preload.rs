@@ -49,8 +49,8 @@ impl<T: Scalar> ElasticBody<T> {
             }
         }
         // Obstacles along an axis hold that component; slanted ones hold both.
-        for contact in &self.contacts {
-            let normal = self.obstacles[contact.obstacle].normal;
+        for contact in &self.geometry.contacts {
+            let normal = self.geometry.obstacles[contact.obstacle].normal;
             for axis in 0..self.geometry.mesh.dimension() {
                 let hold = match support {
                     Support::Fixed => true,
