@@ -20,7 +20,7 @@ pub(super) struct Checkpoint {
     fingerprint: u64,
     /// Steps between checkpoints.
     pub(super) every: u64,
-    pub(super) finished: Vec<(RunSummary, f64, RunSeries)>,
+    pub(super) finished: Vec<(RunSummary, RunSeries)>,
     pub(super) tables: CsvMark,
     /// The run under way; `None` between two.
     pub(super) current: Option<Current>,

@@ -40,22 +40,6 @@ struct Summary<'a> {
     runs: &'a [RunSummary],
 }
 
-/// A row of the file `timing.json`.
-#[derive(Serialize)]
-struct Timing<'a> {
-    law: &'a str,
-    solver: &'a str,
-    wall_seconds: f64,
-    us_per_step: f64,
-}
-
-impl<'a> Timing<'a> {
-    fn of(run: &'a RunSummary) -> Self {
-        let RunSummary { law, solver, wall_seconds, us_per_step, .. } = run;
-        Self { law, solver, wall_seconds: *wall_seconds, us_per_step: *us_per_step }
-    }
-}
-
 /// What all runs of a scene left.
 #[derive(Default)]
 struct Results {
@@ -136,10 +120,7 @@ impl Session<'_> {
         let mut done = 0;
         if let Some(checkpoint) = &checkpoint {
             done = checkpoint.finished.len();
-            for (summary, seconds, series) in checkpoint.finished.clone() {
-                results.summaries.push(summary.with_wall_seconds(seconds));
-                results.series.push(series);
-            }
+            (results.summaries, results.series) = checkpoint.finished.iter().cloned().unzip();
         }
         let mut mesh = None;
         for (run, mut scheme) in self.runs.iter().zip(schemes).skip(done) {
@@ -260,8 +241,7 @@ impl Session<'_> {
         results.series.push(series.finish());
         if let (Some(checkpoint), false) = (checkpoint.as_mut(), results.interrupted) {
             let all = results.summaries.iter().cloned().zip(&results.series);
-            checkpoint.finished =
-                all.map(|(s, series)| (s.clone(), s.wall_seconds, series.clone())).collect();
+            checkpoint.finished = all.map(|(summary, series)| (summary, series.clone())).collect();
             checkpoint.current = None;
             checkpoint.tables = tables.mark()?;
             checkpoint.write(&folder)?;
@@ -272,19 +252,6 @@ impl Session<'_> {
     /// Name of the files of a run.
     fn name(&self, law: &str, solver: &str) -> String {
         if self.scene.solvers.len() > 1 { format!("{law}-{solver}") } else { law.into() }
-    }
-
-    /// `timing.json`: what differs from machine to machine and from run to run.
-    fn write_timing(&self, folder: &Path, results: &Results) -> Result<(), Box<dyn Error>> {
-        let path = folder.join("timing.json");
-        let write = || -> Result<(), Box<dyn Error>> {
-            let rows: Vec<Timing<'_>> = results.summaries.iter().map(Timing::of).collect();
-            let mut file = AtomicFile::create(&path)?;
-            serde_json::to_writer_pretty(&mut file, &rows)?;
-            file.write_all(b"\n")?;
-            Ok(file.commit()?)
-        };
-        Ok(write().map_err(|error| ObserveError::new(&path, error))?)
     }
 
     fn folder(&self) -> PathBuf {
@@ -309,7 +276,6 @@ impl Session<'_> {
             Ok(file.commit()?)
         };
         write().map_err(|error| ObserveError::new(&path, error))?;
-        self.write_timing(folder, results)?;
         if self.arguments.no_figures {
             return Ok(());
         }

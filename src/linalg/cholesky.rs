@@ -189,29 +189,21 @@ impl<T: Scalar> SparseCholesky<T> {
         for s in &all[supernodes] {
             let (c, h) = (s.columns, s.rows);
             let block = &values[s.values..s.values + c * h];
+            let diagonal = &inverse_diagonal[s.start..s.start + c];
             let below = &mut below[..h - c];
             below.fill(T::zero());
             let head = &mut x[s.start..s.start + c];
-            let mut groups = block.chunks_exact(WIDTH * h);
             let mut j = 0;
-            for group in groups.by_ref() {
-                let columns: [&[T]; WIDTH] = std::array::from_fn(|k| &group[k * h..(k + 1) * h]);
-                let mut factors = [T::zero(); WIDTH];
-                for k in 0..WIDTH {
-                    let known = (0..k).fold(head[j + k], |sum, i| sum - columns[i][j + k] * factors[i]);
-                    factors[k] = known * inverse_diagonal[s.start + j + k];
-                    head[j + k] = factors[k];
-                }
-                subtract(&mut head[j + WIDTH..], columns.map(|column| &column[j + WIDTH..c]), factors);
-                subtract(below, columns.map(|column| &column[c..]), factors);
-                j += WIDTH;
+            while j + 4 <= c {
+                eliminate::<T, 4>(block, h, j, diagonal, head, below);
+                j += 4;
             }
-            for column in groups.remainder().chunks_exact(h) {
-                let value = head[j] * inverse_diagonal[s.start + j];
-                head[j] = value;
-                super::axpy(&mut head[j + 1..], -value, &column[j + 1..c]);
-                super::axpy(below, -value, &column[c..]);
-                j += 1;
+            if j + 2 <= c {
+                eliminate::<T, 2>(block, h, j, diagonal, head, below);
+                j += 2;
+            }
+            if j < c {
+                eliminate::<T, 1>(block, h, j, diagonal, head, below);
             }
             for (&row, &sum) in rows[s.below..s.below + h - c].iter().zip(&*below) {
                 x[row as usize] += sum;
@@ -225,43 +217,84 @@ impl<T: Scalar> SparseCholesky<T> {
         for s in all[supernodes].iter().rev() {
             let (c, h) = (s.columns, s.rows);
             let block = &values[s.values..s.values + c * h];
+            let diagonal = &inverse_diagonal[s.start..s.start + c];
             let below = &mut below[..h - c];
             for (sum, &row) in below.iter_mut().zip(&rows[s.below..s.below + h - c]) {
                 *sum = x[row as usize];
             }
             let head = &mut x[s.start..s.start + c];
-            let grouped = c - c % WIDTH;
-            for j in (grouped..c).rev() {
-                let column = &block[j * h..(j + 1) * h];
-                let [sum] = dots([&column[c..]], below);
-                let [inner] = dots([&column[j + 1..c]], &head[j + 1..]);
-                head[j] = (head[j] - sum - inner) * inverse_diagonal[s.start + j];
+            let mut j = c;
+            if j % 2 == 1 {
+                j -= 1;
+                substitute::<T, 1>(block, h, j, diagonal, head, below);
             }
-            for (g, group) in block[..grouped * h].chunks_exact(WIDTH * h).enumerate().rev() {
-                let j = g * WIDTH;
-                let columns: [&[T]; WIDTH] = std::array::from_fn(|k| &group[k * h..(k + 1) * h]);
-                let sums = dots(columns.map(|column| &column[c..]), below);
-                let inner = dots(columns.map(|column| &column[j + WIDTH..c]), &head[j + WIDTH..]);
-                for k in (0..WIDTH).rev() {
-                    let right = head[j + k] - sums[k] - inner[k];
-                    let right = (k + 1..WIDTH).fold(right, |sum, i| sum - columns[k][j + i] * head[j + i]);
-                    head[j + k] = right * inverse_diagonal[s.start + j + k];
-                }
+            if j % 4 == 2 {
+                j -= 2;
+                substitute::<T, 2>(block, h, j, diagonal, head, below);
+            }
+            while j > 0 {
+                j -= 4;
+                substitute::<T, 4>(block, h, j, diagonal, head, below);
             }
         }
     }
 }
 
-/// Columns taken together, so that what they share is read once.
-const WIDTH: usize = 4;
+/// Columns j..j+K of a supernode of height h in the forward substitution, taken together so that what they share is
+/// read once; `below` gathers what the rows below lose.
+#[inline]
+fn eliminate<T: Scalar, const K: usize>(
+    block: &[T],
+    h: usize,
+    j: usize,
+    inverse_diagonal: &[T],
+    head: &mut [T],
+    below: &mut [T],
+) {
+    let c = head.len();
+    let columns: [&[T]; K] = std::array::from_fn(|k| &block[(j + k) * h..(j + k + 1) * h]);
+    let mut factors = [T::zero(); K];
+    for k in 0..K {
+        let known = (0..k).fold(head[j + k], |sum, i| sum - columns[i][j + k] * factors[i]);
+        factors[k] = known * inverse_diagonal[j + k];
+        head[j + k] = factors[k];
+    }
+    subtract(&mut head[j + K..], columns.map(|column| &column[j + K..c]), factors);
+    subtract(below, columns.map(|column| &column[c..]), factors);
+}
+
+/// Columns j..j+K of a supernode of height h in the backward substitution; `below` holds the unknowns below.
+#[inline]
+fn substitute<T: Scalar, const K: usize>(
+    block: &[T],
+    h: usize,
+    j: usize,
+    inverse_diagonal: &[T],
+    head: &mut [T],
+    below: &[T],
+) {
+    let c = head.len();
+    let columns: [&[T]; K] = std::array::from_fn(|k| &block[(j + k) * h..(j + k + 1) * h]);
+    let outer = dots(columns.map(|column| &column[c..]), below);
+    let inner = dots(columns.map(|column| &column[j + K..c]), &head[j + K..]);
+    for k in (0..K).rev() {
+        let right = head[j + k] - outer[k] - inner[k];
+        let right = (k + 1..K).fold(right, |sum, i| sum - columns[k][j + i] * head[j + i]);
+        head[j + k] = right * inverse_diagonal[j + k];
+    }
+}
 
 /// y ← y − Σ_k f_k x_k.
 #[inline]
-fn subtract<T: Scalar>(y: &mut [T], columns: [&[T]; WIDTH], factors: [T; WIDTH]) {
+fn subtract<T: Scalar, const K: usize>(y: &mut [T], columns: [&[T]; K], factors: [T; K]) {
     let n = y.len();
-    let [a, b, c, d] = columns.map(|column| &column[..n]);
+    let columns = columns.map(|column| &column[..n]);
     for i in 0..n {
-        y[i] -= (a[i] * factors[0] + b[i] * factors[1]) + (c[i] * factors[2] + d[i] * factors[3]);
+        let mut sum = columns[0][i] * factors[0];
+        for k in 1..K {
+            sum += columns[k][i] * factors[k];
+        }
+        y[i] -= sum;
     }
 }
 
@@ -269,54 +302,56 @@ fn subtract<T: Scalar>(y: &mut [T], columns: [&[T]; WIDTH], factors: [T; WIDTH])
 #[inline]
 fn dots<T: Scalar, const K: usize>(columns: [&[T]; K], y: &[T]) -> [T; K] {
     let n = y.len();
-    let columns = columns.map(|column| &column[..n]);
+    let (y4, y_rest) = y.as_chunks::<4>();
+    let fours: [&[[T; 4]]; K] = columns.map(|column| &column[..n].as_chunks::<4>().0[..y4.len()]);
     let mut sums = [[T::zero(); 4]; K];
-    let whole = n - n % 4;
-    for i in (0..whole).step_by(4) {
+    for (i, y) in y4.iter().enumerate() {
         for k in 0..K {
+            let x = fours[k][i];
             for lane in 0..4 {
-                sums[k][lane] += columns[k][i + lane] * y[i + lane];
+                sums[k][lane] += x[lane] * y[lane];
             }
         }
     }
     std::array::from_fn(|k| {
         let [a, b, c, d] = sums[k];
-        (a + b) + (c + d) + super::dot(&columns[k][whole..], &y[whole..])
+        (a + b) + (c + d) + super::dot(&columns[k][n - y_rest.len()..], y_rest)
     })
 }
 
-/// AMD on the unknowns that do not come last, then the others in their own order; and where those begin.
+/// An AMD order in which the unknowns `last` come last, and where those begin.
+///
+/// They are tied together for AMD, as their elimination will tie them: it then leaves them late by itself, and takes
+/// account of them while it orders the others.
 fn elimination_order<T: Scalar>(
     a: &SparseSymmetric<T>,
     last: &[usize],
 ) -> Result<(Vec<usize>, usize), String> {
     let n = a.size();
+    if n == 0 {
+        return Ok((Vec::new(), 0));
+    }
     let mut is_last = vec![false; n];
     last.iter().for_each(|&unknown| is_last[unknown] = true);
-    let early: Vec<usize> = (0..n).filter(|&unknown| !is_last[unknown]).collect();
-    let mut order = Vec::with_capacity(n);
-    if !early.is_empty() {
-        let block = a.principal(&early);
-        let count = early.len();
-        let (mut forward, mut inverse) = (vec![0; count], vec![0; count]);
-        let scratch = amd::order_maybe_unsorted_scratch::<usize>(count, block.compute_nnz());
-        let mut memory = MemBuffer::new(scratch);
-        amd::order_maybe_unsorted(
-            &mut forward,
-            &mut inverse,
-            block.symbolic(),
-            amd::Control::default(),
-            MemStack::new(&mut memory),
-        )
+    let tied: Vec<usize> = (0..n).filter(|&unknown| is_last[unknown]).take(MOST_TIED).collect();
+    let pattern = a.tied(&tied);
+    let (mut forward, mut inverse) = (vec![0; n], vec![0; n]);
+    let scratch = amd::order_maybe_unsorted_scratch::<usize>(n, pattern.compute_nnz());
+    let mut memory = MemBuffer::new(scratch);
+    let stack = MemStack::new(&mut memory);
+    let control = amd::Control::default();
+    amd::order_maybe_unsorted(&mut forward, &mut inverse, pattern.symbolic(), control, stack)
         .map_err(|error| error.to_string())?;
-        // Checked by faer: a permutation and its inverse.
-        let (forward, _) = PermRef::new_checked(&forward, &inverse, count).arrays();
-        order.extend(forward.iter().map(|&i| early[i]));
-    }
+    // Checked by faer: a permutation and its inverse.
+    let (forward, _) = PermRef::new_checked(&forward, &inverse, n).arrays();
+    let (late, mut order): (Vec<usize>, Vec<usize>) = forward.iter().partition(|&&unknown| is_last[unknown]);
     let first_last = order.len();
-    order.extend((0..n).filter(|&unknown| is_last[unknown]));
+    order.extend(late);
     Ok((order, first_last))
 }
+
+/// Unknowns that are tied together at most; the ties are its square.
+const MOST_TIED: usize = 2000;
 
 fn numeric<T: Scalar>(
     lower: &SparseColMat<usize, T>,
@@ -341,6 +376,7 @@ fn numeric<T: Scalar>(
 
 impl<T: Scalar> fmt::Debug for SparseCholesky<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "SparseCholesky {{ size: {}, entries: {} }}", self.size(), self.entries())
+        let (size, entries, supernodes) = (self.size(), self.entries(), self.supernodes.len());
+        write!(f, "SparseCholesky {{ size: {size}, entries: {entries}, supernodes: {supernodes} }}")
     }
 }

@@ -61,12 +61,10 @@ impl<T: Scalar> SparseSymmetric<T> {
         columns(self.size(), moved.filter(inside))
     }
 
-    /// The operator over the unknowns `kept`, in their order.
-    pub(super) fn principal(&self, kept: &[usize]) -> SparseColMat<usize, T> {
-        let mut place = vec![usize::MAX; self.size()];
-        kept.iter().enumerate().for_each(|(at, &unknown)| place[unknown] = at);
-        let moved = self.entries().map(|(i, j, x)| (place[i], place[j], x));
-        columns(kept.len(), moved.filter(|&(i, j, _)| i != usize::MAX && j != usize::MAX))
+    /// The operator with an entry between any two of the unknowns `tied`, of which the pattern alone counts.
+    pub(super) fn tied(&self, tied: &[usize]) -> SparseColMat<usize, T> {
+        let pairs = tied.iter().flat_map(|&i| tied.iter().map(move |&j| (i, j, T::zero())));
+        columns(self.size(), self.entries().chain(pairs))
     }
 
     /// The operator over the first `count` unknowns.

@@ -60,12 +60,9 @@ pub struct RunSummary {
     pub steps: usize,
     /// Arithmetic.
     pub scalar: String,
-    /// Wall time of the run with its outputs (s); not among the figures that are written, which are those of the
-    /// same run on any machine.
-    #[serde(skip)]
+    /// Wall time of the run with its outputs (s).
     pub wall_seconds: f64,
-    /// Wall time per step (µs); not written either.
-    #[serde(skip)]
+    /// Wall time per step (µs).
     pub us_per_step: f64,
     /// E at the start (J).
     pub initial_energy: f64,
@@ -97,16 +94,6 @@ pub struct RunSummary {
     pub impacts: Vec<Impact>,
     /// Why the run ended before its end time, if it did.
     pub stopped: Option<String>,
-}
-
-impl RunSummary {
-    /// The summary with its wall time, which is not among the figures written.
-    #[must_use]
-    pub fn with_wall_seconds(mut self, seconds: f64) -> Self {
-        self.wall_seconds = seconds;
-        self.us_per_step = seconds * 1e6 / self.steps.max(1) as f64;
-        self
-    }
 }
 
 /// Records a [`RunSummary`].
@@ -158,9 +145,9 @@ impl SummaryRecorder {
         let (tangential, normal) = self.works.unwrap_or_default();
         summary.max_tangential_work = tangential;
         summary.max_normal_work = normal;
+        summary.us_per_step = summary.wall_seconds * 1e6 / summary.steps.max(1) as f64;
         summary.stopped = stopped;
-        let seconds = summary.wall_seconds;
-        Some(summary.with_wall_seconds(seconds))
+        Some(summary)
     }
 }
 

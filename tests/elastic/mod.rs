@@ -7,7 +7,9 @@ use nonsmooth::laws::{self, ContactLaw};
 use nonsmooth::mesh::{Mesh, Pattern, rectangle};
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, ThetaScheme};
 use nonsmooth::solver::{self, ConeSolver, Stopping};
-use nonsmooth::system::{Axis, ElasticBody, Hypothesis, MassForm, Material, Signal, Support};
+use nonsmooth::system::{
+    Axis, ElasticBody, Hypothesis, MassForm, Material, MechanicalSystem, Signal, Support,
+};
 
 pub(crate) type Scheme<const D: usize> =
     ThetaScheme<f64, D, ElasticBody<f64>, Box<dyn ContactLaw<f64, D>>, Box<dyn ConeSolver<f64, D>>>;
@@ -79,4 +81,68 @@ pub(crate) fn bar(elements: usize, wall: f64, gravity: f64, mass: MassForm) -> E
     let interface = builder.interface();
     builder.contact("left", "wall", [wall, 0.0], [1.0, 0.0], interface).expect("the end");
     builder.build().expect("a bar")
+}
+
+/// What is measured on a bar that hits the wall at 10 at t = 0.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Impact {
+    /// End of the last step with a percussion.
+    pub contact_time: f64,
+    /// Impulse over the contact time, against the exact mean force.
+    pub mean_force: f64,
+    /// Largest |p/h − exact force| over the middle of the contact, 0.1 < t < 0.55, in parts of 300.
+    pub oscillation: f64,
+    /// Mean velocity after the contact.
+    pub rebound: f64,
+    /// Mechanical energy with the potential of gravity after the contact, less that before, in parts of 500.
+    pub energy_change: f64,
+}
+
+/// The exact contact force s seconds after the impact: ρcA (v₀ + g s), until 2L/c.
+pub(crate) fn exact_force(s: f64, gravity: f64) -> f64 {
+    30.0 * (10.0 + gravity * s)
+}
+
+/// Runs the bar from the moment of impact to t = 0.9.
+pub(crate) fn impact(
+    (elements, mass): (usize, MassForm),
+    step: f64,
+    theta: f64,
+    (law, restitution): (&str, f64),
+    gravity: f64,
+) -> Impact {
+    let bar = bar(elements, 0.0, gravity, mass);
+    let (n, total) = (elements + 1, bar.total_mass());
+    let law = laws::build(law, &[restitution, 0.0]).expect("a law");
+    let solver = solver::build("nsgs", Stopping::to(1e-12)).expect("a solver");
+    let settings = Settings { allow_unproved_theta: true, ..Settings::new(theta, step) };
+    let (q, v) = (vec![0.0; n], vec![-10.0; n]);
+    let mut scheme =
+        ThetaScheme::<f64, 1, _, _, _>::new(bar, vec![law], solver, settings, 0.0, q, v).expect("a scheme");
+    let before = scheme.last_step().energies.total();
+    let (mut impulse, mut last, mut oscillation): (f64, f64, f64) = (0.0, 0.0, 0.0);
+    while scheme.state().time < 0.9 - 0.5 * step {
+        let made = scheme.step().expect("the bar's step succeeds");
+        let p = made.contacts.first().map_or(0.0, |contact| contact.percussion[0]);
+        let end = scheme.state().time;
+        if p > 0.0 {
+            impulse += p;
+            last = end;
+        }
+        let middle = end - 0.5 * step;
+        if middle > 0.1 && middle < 0.55 {
+            oscillation = oscillation.max((p / step - exact_force(middle, gravity)).abs() / 300.0);
+        }
+    }
+    let (state, system) = (scheme.state(), scheme.system());
+    let mut momentum = state.v.clone();
+    MechanicalSystem::<f64, 1>::mass(system).multiply(&state.v, &mut momentum);
+    Impact {
+        contact_time: last,
+        mean_force: impulse / last,
+        oscillation,
+        // Gravity has slowed the flight since the contact ended.
+        rebound: momentum.iter().sum::<f64>() / total + gravity * (state.time - 2.0 / 3.0),
+        energy_change: (scheme.last_step().energies.total() - before) / 500.0,
+    }
 }
