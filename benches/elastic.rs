@@ -1,12 +1,13 @@
 //! What a step of the sliding block costs, part by part, and how it grows with the mesh:
 //! `cargo bench --bench elastic`.
 //!
-//! Times are the fastest of several stretches of steps, so that other work on the machine does not count.
+//! Times are medians over steps, part by part, so that what else the machine does hardly counts. With the feature
+//! `outputs`, also 10⁴ steps with their tables.
 
 #[path = "../tests/elastic/mod.rs"]
 mod elastic;
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use elastic::{Scheme, authors_mesh, block_scheme, built_in_mesh};
 use nonsmooth::linalg::{Factor, Symmetric};
@@ -23,35 +24,38 @@ const PARTS: [(Part, &str); 6] = [
     (Part::Ledger, "products, ledger"),
 ];
 
-/// Steps of a stretch, and stretches.
-const STRETCH: usize = 10;
-const STRETCHES: usize = 300;
+/// Steps looked at, after some that the contacts need to spread.
+const STEPS: usize = 2000;
+const WARM_UP: usize = 2500;
 
 fn scheme(mesh: Mesh, law: &str, solver: &str) -> Scheme<2> {
     block_scheme(mesh, Hypothesis::PlaneStress, law, solver, ActivationRule::MoreauJean)
 }
 
-/// Seconds per step of each part, of the stretch in which the step was fastest.
-fn parts(scheme: &mut Scheme<2>) -> [f64; 6] {
-    let mut best = [f64::INFINITY; 6];
-    for _ in 0..STRETCHES {
-        let mut spent = [Duration::ZERO; 6];
-        for _ in 0..STRETCH {
-            let mut clock = Instant::now();
-            let step = scheme.step_with(|part| {
-                let now = Instant::now();
-                let place = PARTS.iter().position(|&(known, _)| known == part).expect("every part is listed");
-                spent[place] += now - clock;
-                clock = now;
-            });
-            step.expect("the block's step succeeds");
-        }
-        let seconds = spent.map(|time| time.as_secs_f64() / STRETCH as f64);
-        if seconds.iter().sum::<f64>() < best.iter().sum() {
-            best = seconds;
-        }
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// Median seconds of each part over `steps` steps, and the mean number of iterations of the solver.
+fn parts(scheme: &mut Scheme<2>, warm_up: usize, steps: usize) -> ([f64; 6], f64) {
+    let mut spent: [Vec<f64>; 6] = std::array::from_fn(|_| Vec::with_capacity(steps));
+    let mut iterations = 0;
+    for _ in 0..warm_up {
+        scheme.step().expect("the block's step succeeds");
     }
-    best
+    for _ in 0..steps {
+        let mut clock = Instant::now();
+        let step = scheme.step_with(|part| {
+            let now = Instant::now();
+            let place = PARTS.iter().position(|&(known, _)| known == part).expect("every part is listed");
+            spent[place].push((now - clock).as_secs_f64());
+            clock = now;
+        });
+        let step = step.expect("the block's step succeeds");
+        iterations += step.solution.map_or(0, |solution| solution.iterations);
+    }
+    (spent.map(median), iterations as f64 / steps as f64)
 }
 
 fn fastest(repeat: usize, mut work: impl FnMut()) -> f64 {
@@ -95,16 +99,11 @@ fn table() {
     for law in ["newton", "fremond"] {
         for solver in ["hybrid", "nsgs", "proximal-newton"] {
             let mut scheme = scheme(mesh.clone(), law, solver);
-            let times = parts(&mut scheme);
+            let (times, iterations) = parts(&mut scheme, WARM_UP, STEPS);
             let total: f64 = times.iter().sum();
-            let mut iterations = 0;
-            for _ in 0..10 * STRETCH {
-                let step = scheme.step().expect("the block's step succeeds");
-                iterations += step.solution.map_or(0, |solution| solution.iterations);
-            }
             print!("{law:8} {solver:15}");
             times.iter().for_each(|t| print!(" {:>12.2} ({:>3.0} %)", t * 1e6, 100.0 * t / total));
-            println!(" {:>8.2} {:>8.2}", total * 1e6, iterations as f64 / (10 * STRETCH) as f64);
+            println!(" {:>8.2} {:>8.2}", total * 1e6, iterations);
         }
     }
     let ([mass, stiffness, solve], entries) = kernels(&scheme(mesh, "fremond", "hybrid"));
@@ -144,27 +143,9 @@ fn growth() {
         let setup = clock.elapsed().as_secs_f64();
         let unknowns = scheme.state().q.len() as f64;
         // Fewer steps on large meshes: a step costs enough to be seen.
-        let steps = (1e5 / unknowns) as usize;
-        let mut best = [f64::INFINITY; 2];
-        for _ in 0..(1e6 / unknowns) as usize {
-            let (mut spent, mut cone) = (Duration::ZERO, Duration::ZERO);
-            for _ in 0..steps.max(4) {
-                let mut clock = Instant::now();
-                let step = scheme.step_with(|part| {
-                    let now = Instant::now();
-                    spent += now - clock;
-                    if part == Part::ConeSolution {
-                        cone += now - clock;
-                    }
-                    clock = now;
-                });
-                step.expect("the block's step succeeds");
-            }
-            let seconds = spent.as_secs_f64() / steps.max(4) as f64;
-            if seconds < best[0] {
-                best = [seconds, cone.as_secs_f64() / steps.max(4) as f64];
-            }
-        }
+        let steps = ((1e7 / unknowns) as usize).clamp(30, 2000);
+        let (times, _) = parts(&mut scheme, steps / 2, steps);
+        let best = [times.iter().sum::<f64>(), times[3]];
         let (_, entries) = kernels(&scheme);
         let now = (unknowns, best[0], entries as f64);
         let [time, memory] = last.map_or([f64::NAN; 2], |last| {
@@ -181,7 +162,44 @@ fn growth() {
     }
 }
 
+/// 10⁴ steps of both laws with ledger and tables, at the rates of `examples/sliding_block.toml`.
+#[cfg(feature = "outputs")]
+fn whole() {
+    use nonsmooth::observe::{CsvFiles, Rates, RunInfo, SummaryRecorder};
+    use nonsmooth::simulate::simulate;
+    use std::sync::atomic::AtomicBool;
+
+    let Some(mesh) = authors_mesh() else { return };
+    let folder = std::env::temp_dir().join("nonsmooth-bench-elastic");
+    std::fs::create_dir_all(&folder).expect("a folder");
+    println!("10⁴ steps on the authors' mesh, with the ledger and, second, with tables; seconds");
+    for law in ["newton", "fremond"] {
+        let run = |with_tables: bool| {
+            let mut scheme = scheme(mesh.clone(), law, "hybrid");
+            let info = RunInfo::new(law, "hybrid", vec![law.into()], scheme.settings());
+            let rates = Rates { trajectory: 100, contacts: 100, energy: 1 };
+            let mut tables = CsvFiles::create(&folder, rates).expect("tables");
+            let mut summary = SummaryRecorder::default();
+            let clock = Instant::now();
+            let interrupt = AtomicBool::new(false);
+            let ended = if with_tables {
+                simulate(&mut scheme, 10_000, &info, &mut [&mut tables, &mut summary], &interrupt)
+            } else {
+                simulate(&mut scheme, 10_000, &info, &mut [], &interrupt)
+            };
+            ended.expect("the block runs");
+            tables.commit().expect("tables");
+            clock.elapsed().as_secs_f64()
+        };
+        println!("{law:8} {:>6.2} {:>6.2}", run(false), run(true));
+    }
+    let _ = std::fs::remove_dir_all(&folder);
+    println!();
+}
+
 fn main() {
     table();
+    #[cfg(feature = "outputs")]
+    whole();
     growth();
 }

@@ -138,6 +138,15 @@ impl<T: Scalar> SparseCholesky<T> {
         self.values.len()
     }
 
+    /// The smallest pivot over the largest: near round-off where A is singular but for rounding.
+    pub fn pivot_ratio(&self) -> T {
+        let larger = nalgebra::RealField::max;
+        let smaller = nalgebra::RealField::min;
+        let largest = self.inverse_diagonal.iter().fold(T::zero(), |a, &b| larger(a, b));
+        let smallest = self.inverse_diagonal.iter().fold(T::infinity_impl(), |a, &b| smaller(a, b));
+        if largest > T::zero() { (smallest / largest) * (smallest / largest) } else { T::one() }
+    }
+
     /// x ← A⁻¹ x, without allocation.
     pub fn solve_in_place(&mut self, x: &mut [T]) {
         self.load(x);

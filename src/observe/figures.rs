@@ -111,7 +111,10 @@ pub fn elastic_figure(series: &RunSeries) -> Figure {
         let name = if series.p.len() == 2 && i == 1 { "T" } else { FRAME[i] };
         percussions = percussions.with(line(&format!("$p_{{{name}}}$"), p.clone()));
     }
-    Figure::new(2, vec![energies, works, largest, percussions]).size(2.0 * COLUMN.0, 1.4 * COLUMN.1)
+    // Without friction there is no tangential work to show.
+    let tangential = (series.p.len() > 1).then_some(largest);
+    let panels = [energies, works].into_iter().chain(tangential).chain([percussions]).collect();
+    Figure::new(2, panels).size(2.0 * COLUMN.0, 1.4 * COLUMN.1)
 }
 
 /// The paper's Figure 5: a mesh.

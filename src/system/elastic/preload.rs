@@ -2,7 +2,7 @@
 
 use super::ElasticBody;
 use crate::linalg::{Factor, FactorError, OperatorError, Symmetric};
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, epsilon, lit, to_f64};
 
 /// What the nodes that may touch an obstacle do while the body is preloaded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,6 +21,15 @@ pub enum PreloadError {
     /// K is singular on what is free to move.
     #[error("no static equilibrium: the body can move without strain ({0}); hold more of it")]
     Singular(FactorError),
+    /// K is singular but for rounding on what is free to move.
+    #[error(
+        "no static equilibrium: the body can move almost without strain (pivots of K in the ratio {ratio:e}); hold \
+         more of it"
+    )]
+    NearlySingular {
+        /// The smallest pivot over the largest.
+        ratio: f64,
+    },
     /// The restricted K is not an operator.
     #[error(transparent)]
     Operator(#[from] OperatorError),
@@ -79,7 +88,15 @@ impl<T: Scalar> ElasticBody<T> {
             let moved = |(i, j, k): (usize, usize, T)| (place[i], place[j], k);
             let entries: Vec<_> = self.stiffness.entries().filter(inside).map(moved).collect();
             let restricted = Symmetric::sparse(free.len(), &entries)?;
-            Factor::new(&restricted).map_err(PreloadError::Singular)?.solve_in_place(&mut right);
+            let mut factor = Factor::new(&restricted).map_err(PreloadError::Singular)?;
+            if let Factor::Sparse(factor) = &factor {
+                // What rounding makes of a zero pivot; pivots of a held body are n² times larger and more.
+                let ratio = factor.pivot_ratio();
+                if ratio < lit::<T>(16.0 * free.len() as f64) * epsilon::<T>() {
+                    return Err(PreloadError::NearlySingular { ratio: to_f64(ratio) });
+                }
+            }
+            factor.solve_in_place(&mut right);
         }
         free.iter().zip(right).for_each(|(&dof, x)| q[dof] = x);
         Ok(q)
