@@ -103,7 +103,7 @@ fn a_rigid_scene_survives_kills() {
 #[test]
 fn a_pile_survives_kills() {
     let mut scene = String::from(
-        "title = \"Pile\"\nlaws = [\"newton\", \"fremond\"]\nsolvers = [\"hybrid\"]\ngravity = [0.0, -10.0]\n\
+        "title = \"Pile\"\nlaws = [\"fremond\"]\nsolvers = [\"hybrid\"]\ngravity = [0.0, -10.0]\n\
          [time]\nstep = 1e-3\nend = 1.5\nactivation = \"predicted-gap\"\n\
          [[half_planes]]\nname = \"floor\"\nnormal = [0.0, 1.0]\n\
          [[half_planes]]\nname = \"left\"\nnormal = [1.0, 0.0]\n\

@@ -113,6 +113,8 @@ fn check(law: &str, hypothesis: Hypothesis, rule: ActivationRule, energy: f64, w
     let mut scheme = block_scheme(mesh, hypothesis, law, "hybrid", rule);
     let got = aggregates(&mut scheme, 10_000);
     println!("{law}, {hypothesis:?}, {rule:?}: {got:?}");
+    let strain = if hypothesis == Hypothesis::PlaneStress { 1.77490 } else { 2.11606 };
+    assert!((got.initial - strain).abs() <= 1e-5 * strain, "initial energy {} mJ", got.initial);
     assert!((got.last - energy).abs() <= spread * energy, "final energy {} mJ, reference {energy}", got.last);
     assert!((got.contact_work - work).abs() <= spread * work.abs(), "contact work {} mJ", got.contact_work);
     // Both are polarised sums of 2,454 terms: the bound of the issue, against the largest energy.
@@ -213,7 +215,7 @@ fn the_work_of_moving_supports_closes_the_balance() {
             let imbalance = step.balance.imbalance.abs();
             assert!(imbalance <= 1e-12 * largest, "θ = {theta}: {imbalance:e} of {largest:e}");
         }
-        assert!(moved > 0.5 * largest, "the supports drive the block: {moved:e} against {largest:e}");
+        assert!(moved > 0.1 * largest, "the supports drive the block: {moved:e} against {largest:e}");
         // The supports are where they were told to be, to second order in h.
         let t = scheme.state().time;
         let top = scheme.system().geometry().mesh().group_nodes(elastic::TOP).expect("the top")[0];
