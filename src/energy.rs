@@ -3,9 +3,10 @@
 //! For constant M, C, K the θ-step satisfies, whatever the percussions,
 //!
 //! ```text
-//!   E_{k+1} − E_k = W_ext + W_damp + (½−θ)(‖v_{k+1}−v_k‖²_M + ‖q_{k+1}−q_k‖²_K) + Σ_α u_{k+θ}·p      (56)
+//!   E_{k+1} − E_k = W_ext + W_damp + W_presc + (½−θ)(‖v_{k+1}−v_k‖²_M + ‖q_{k+1}−q_k‖²_K) + Σ_α u_{k+θ}·p      (56)
 //!   W_ext  =  h v_{k+θ}·F_{k+θ}                                                                     (57)
 //!   W_damp = −h v_{k+θ}·C v_{k+θ}                                                                   (58)
+//!   W_presc = v_{k+θ}·R, with the impulses R that move the prescribed degrees of freedom
 //! ```
 //!
 //! with E = ½ v·Mv + ½ q·Kq. What is left over, the imbalance, is round-off; anything more is an error of the
@@ -47,6 +48,8 @@ pub struct Balance<T> {
     pub external_work: T,
     /// W_damp (58).
     pub damping_work: T,
+    /// v_{k+θ}·R, work of the impulses R that move the prescribed degrees of freedom.
+    pub prescribed_work: T,
     /// (½−θ)(‖v_{k+1}−v_k‖²_M + ‖q_{k+1}−q_k‖²_K).
     pub numerical_dissipation: T,
     /// Σ_α u_{N,k+θ} p_N.
@@ -65,6 +68,7 @@ impl<T: Scalar> Default for Balance<T> {
             elastic_change: zero,
             external_work: zero,
             damping_work: zero,
+            prescribed_work: zero,
             numerical_dissipation: zero,
             normal_contact_work: zero,
             tangential_contact_work: zero,
@@ -77,7 +81,7 @@ impl<T: Scalar> Balance<T> {
     /// Fills in the imbalance from the other terms.
     pub(crate) fn close(&mut self) {
         let change = self.kinetic_change + self.elastic_change;
-        let work = self.external_work + self.damping_work + self.numerical_dissipation;
+        let work = self.external_work + self.damping_work + self.prescribed_work + self.numerical_dissipation;
         self.imbalance = change - (work + self.normal_contact_work + self.tangential_contact_work);
     }
 
@@ -87,6 +91,7 @@ impl<T: Scalar> Balance<T> {
         self.elastic_change += step.elastic_change;
         self.external_work += step.external_work;
         self.damping_work += step.damping_work;
+        self.prescribed_work += step.prescribed_work;
         self.numerical_dissipation += step.numerical_dissipation;
         self.normal_contact_work += step.normal_contact_work;
         self.tangential_contact_work += step.tangential_contact_work;

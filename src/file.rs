@@ -1,7 +1,7 @@
-//! Files that appear whole or not at all.
+//! Files that appear whole or not at all, and drafts that outlive a killed program.
 
 use std::fs::File;
-use std::io::{self, Write};
+use std::io::{self, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
@@ -65,5 +65,65 @@ impl Write for AtomicFile {
 
     fn flush(&mut self) -> io::Result<()> {
         self.draft.flush()
+    }
+}
+
+/// A draft that stays where it is when the program is killed, so that a later one goes on writing it;
+/// [`commit`](Self::commit) copies it to its destination.
+pub struct KeptDraft {
+    draft: PathBuf,
+    path: PathBuf,
+    file: File,
+}
+
+impl KeptDraft {
+    /// Opens `draft`, keeps its first `length` bytes and goes on behind them. Nothing of it is kept where `length`
+    /// is 0.
+    ///
+    /// # Errors
+    /// What the system says; a draft shorter than `length`.
+    pub fn open(draft: &Path, path: &Path, length: u64) -> io::Result<Self> {
+        let mut options = File::options();
+        let file = options.write(true).read(true).create(length == 0).truncate(false).open(draft)?;
+        let found = file.metadata()?.len();
+        if found < length {
+            let message = format!("{} has {found} bytes, {length} were written", draft.display());
+            return Err(io::Error::new(io::ErrorKind::UnexpectedEof, message));
+        }
+        file.set_len(length)?;
+        (&file).seek(io::SeekFrom::Start(length))?;
+        Ok(Self { draft: draft.into(), path: path.into(), file })
+    }
+
+    /// The destination.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// A second handle, which shares its place in the file with this one.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn handle(&self) -> io::Result<File> {
+        self.file.try_clone()
+    }
+
+    /// Bytes written so far, all of them on the disk.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn position(&self) -> io::Result<u64> {
+        self.file.sync_data()?;
+        (&self.file).stream_position()
+    }
+
+    /// Copies the draft to its destination, whole or not at all.
+    ///
+    /// # Errors
+    /// What the system says; what was there before then stays.
+    pub fn commit(self) -> io::Result<()> {
+        let mut copy = AtomicFile::create(&self.path)?;
+        io::copy(&mut File::open(&self.draft)?, &mut copy)?;
+        copy.commit()
     }
 }

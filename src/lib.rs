@@ -21,9 +21,10 @@ pub mod contact;
 pub mod energy;
 #[cfg(feature = "fclib")]
 pub mod fclib;
-#[cfg(any(feature = "outputs", feature = "figures", feature = "fclib"))]
+#[cfg(any(feature = "outputs", feature = "figures", feature = "fclib", feature = "vtk"))]
 pub mod file;
 pub mod linalg;
+pub mod mesh;
 pub mod observe;
 #[cfg(feature = "figures")]
 pub mod plot;

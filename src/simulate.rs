@@ -46,24 +46,74 @@ where
     L: ContactLaw<T, D>,
     V: ConeSolver<T, D>,
 {
-    tell(scheme, observers, |observer, frame| observer.begin(run, frame))?;
-    let mut outcome = Ok(Outcome::Completed);
-    for _ in 0..steps {
-        if interrupt.load(Ordering::Relaxed) {
-            outcome = Ok(Outcome::Interrupted);
-            break;
-        }
-        let made = scheme.step().map(drop).map_err(SimulateError::from);
-        let told = made.and_then(|()| Ok(tell(scheme, observers, |observer, frame| observer.step(frame))?));
-        if let Err(error) = told {
-            outcome = Err(error);
-            break;
-        }
-    }
-    let ended = tell(scheme, observers, |observer, frame| observer.end(frame));
+    begin(scheme, run, observers)?;
+    let outcome = advance(scheme, steps, observers, interrupt);
+    let ended = end(scheme, observers);
     let outcome = outcome?;
     ended?;
     Ok(outcome)
+}
+
+/// Tells the observers that a run begins. [`simulate`] in pieces, for who stops between: one `begin`, any number of
+/// [`advance`], one [`end`].
+///
+/// # Errors
+/// [`ObserveError`].
+pub fn begin<T, const D: usize, S, L, V>(
+    scheme: &ThetaScheme<T, D, S, L, V>,
+    run: &RunInfo,
+    observers: &mut [&mut dyn Observer<T, D>],
+) -> Result<(), ObserveError>
+where
+    T: Scalar,
+    S: MechanicalSystem<T, D>,
+    L: ContactLaw<T, D>,
+    V: ConeSolver<T, D>,
+{
+    tell(scheme, observers, |observer, frame| observer.begin(run, frame))
+}
+
+/// Makes `steps` steps, unless `interrupt` is raised before, and tells the observers of each.
+///
+/// # Errors
+/// [`SimulateError`].
+pub fn advance<T, const D: usize, S, L, V>(
+    scheme: &mut ThetaScheme<T, D, S, L, V>,
+    steps: usize,
+    observers: &mut [&mut dyn Observer<T, D>],
+    interrupt: &AtomicBool,
+) -> Result<Outcome, SimulateError>
+where
+    T: Scalar,
+    S: MechanicalSystem<T, D>,
+    L: ContactLaw<T, D>,
+    V: ConeSolver<T, D>,
+{
+    for _ in 0..steps {
+        if interrupt.load(Ordering::Relaxed) {
+            return Ok(Outcome::Interrupted);
+        }
+        scheme.step()?;
+        tell(scheme, observers, |observer, frame| observer.step(frame))?;
+    }
+    Ok(Outcome::Completed)
+}
+
+/// Tells the observers that the run is over.
+///
+/// # Errors
+/// [`ObserveError`].
+pub fn end<T, const D: usize, S, L, V>(
+    scheme: &ThetaScheme<T, D, S, L, V>,
+    observers: &mut [&mut dyn Observer<T, D>],
+) -> Result<(), ObserveError>
+where
+    T: Scalar,
+    S: MechanicalSystem<T, D>,
+    L: ContactLaw<T, D>,
+    V: ConeSolver<T, D>,
+{
+    tell(scheme, observers, |observer, frame| observer.end(frame))
 }
 
 /// Tells every observer, even after one failed, and returns the first failure.

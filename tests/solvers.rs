@@ -474,3 +474,36 @@ mod certificates {
         }
     }
 }
+
+/// What a checkpoint relies on: buffers are kept from solve to solve, memory is not.
+fn a_solve_does_not_depend_on_the_solves_before<const D: usize>() {
+    for solver in SOLVERS {
+        let build = || build::<f64, D>(solver.name, Stopping::to(1e-8)).expect("registered");
+        let mut used = build();
+        for seed in 0..12 {
+            let contacts = [3, 17, 5, 60][seed % 4];
+            let freedom = if seed % 3 == 0 { contacts * D - 1 } else { contacts * D + 3 };
+            let recipe = Recipe { seed: seed as u64, contacts, freedom, friction: 0.3, decades: 1.0 };
+            let problem = random::<f64, D>(&recipe);
+            let start: Vec<SVector<f64, D>> = (0..contacts)
+                .map(|i| SVector::from_fn(|row, _| if row == 0 && i % 3 == 0 { 0.1 } else { 0.0 }))
+                .collect();
+            let (mut once, mut again) = (start.clone(), start.clone());
+            let fresh = build().solve(&problem, &start, &mut once);
+            let warm = used.solve(&problem, &start, &mut again);
+            assert_eq!(
+                once, again,
+                "{}, D = {D}, {recipe:?}: other digits after other problems",
+                solver.name
+            );
+            assert_eq!(fresh.is_ok(), warm.is_ok());
+        }
+    }
+}
+
+#[test]
+fn solvers_have_no_memory() {
+    a_solve_does_not_depend_on_the_solves_before::<1>();
+    a_solve_does_not_depend_on_the_solves_before::<2>();
+    a_solve_does_not_depend_on_the_solves_before::<3>();
+}

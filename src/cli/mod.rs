@@ -3,10 +3,13 @@
 //! Exit codes: 0 done; 1 a run or a solve ended before its aim; 2 the input or the output cannot be used;
 //! 130 interrupted.
 
+mod checkpoint;
+mod frames;
 mod problems;
 mod progress;
 mod report;
 mod run;
+mod shown;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -64,12 +67,22 @@ struct RunArguments {
     /// Accept a θ outside the interval in which a law is proved dissipative.
     #[arg(long)]
     allow_unproved_theta: bool,
+    /// Mesh of the elastic body (Gmsh, MSH 4.1 or 2.2), in place of the scene's.
+    #[arg(long)]
+    mesh: Option<PathBuf>,
     /// Folder of the results [default: out/<name of the scene file>].
     #[arg(long)]
     out: Option<PathBuf>,
     /// Write no figures.
     #[arg(long)]
     no_figures: bool,
+    /// Leave a checkpoint every so many steps, which --resume goes on from.
+    #[arg(long, value_name = "STEPS", conflicts_with = "resume", value_parser = clap::value_parser!(u64).range(1..))]
+    checkpoint: Option<u64>,
+    /// Go on from the last checkpoint in this folder of results, with the scene and the options of the run that
+    /// left it.
+    #[arg(long, value_name = "DIR", conflicts_with = "out")]
+    resume: Option<PathBuf>,
 }
 
 /// The input or the output cannot be used.

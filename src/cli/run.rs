@@ -10,17 +10,21 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use nonsmooth::contact::ContactId;
 use nonsmooth::file::AtomicFile;
 use nonsmooth::laws::ContactLaw as _;
+use nonsmooth::mesh::Mesh;
 use nonsmooth::observe::{
-    CsvFiles, ObserveError, RunInfo, RunSeries, RunSummary, SeriesRecorder, SummaryRecorder,
-    comparison_figure, run_figure,
+    CsvFiles, ObserveError, Rates, RunInfo, RunSeries, RunSummary, SeriesRecorder, SummaryRecorder,
+    comparison_figure, elastic_figure, mesh_figure, run_figure,
 };
 use nonsmooth::scalar::Scalar;
-use nonsmooth::scene::{self, Overrides, Planar, Run, ScalarName, Scene, SceneError};
-use nonsmooth::simulate::{Outcome, simulate};
-use nonsmooth::system::MechanicalSystem;
+use nonsmooth::scene::{self, Overrides, Planar, Run, ScalarName, Scene};
+use nonsmooth::simulate::{Outcome, SimulateError, advance, begin, end};
+use nonsmooth::system::MechanicalSystem as _;
 use serde::Serialize;
 
+use super::checkpoint::{self, Checkpoint, Current};
+use super::frames::Frames;
 use super::progress::Progress;
+use super::shown::shown;
 use super::{RunArguments, report};
 
 /// A run ended before its end time because a step failed.
@@ -61,6 +65,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<ExitCode, Box<dyn Error>> 
             None => None,
         },
         allow_unproved_theta: arguments.allow_unproved_theta,
+        mesh: arguments.mesh.clone(),
     });
     let runs = scene.runs()?;
     let interrupt = Arc::new(AtomicBool::new(false));
@@ -92,19 +97,45 @@ impl Session<'_> {
             None => (Vec::new(), None),
         };
         let folder = self.folder();
+        let mut checkpoint = self.checkpoint(&folder)?;
         std::fs::create_dir_all(&folder).map_err(|error| ObserveError::new(&folder, error))?;
-        let mut tables = CsvFiles::create(&folder, self.scene.output.every.unwrap_or(1))?;
+        let output = &self.scene.output;
+        let every = output.every.unwrap_or(1);
+        let rates = Rates {
+            trajectory: output.trajectory_every.unwrap_or(every),
+            contacts: output.contacts_every.unwrap_or(1),
+            energy: every,
+        };
+        let mut tables = match &checkpoint {
+            None => CsvFiles::create(&folder, rates)?,
+            Some(checkpoint) => {
+                let drafts = checkpoint::folder(&folder);
+                std::fs::create_dir_all(&drafts).map_err(|error| ObserveError::new(&drafts, error))?;
+                CsvFiles::kept(&folder, rates, &drafts, &checkpoint.tables)?
+            }
+        };
         let path = folder.join("summary.json");
         let summary = AtomicFile::create(&path).map_err(|error| ObserveError::new(&path, error))?;
         let mut results = Results::default();
-        for (run, mut scheme) in self.runs.iter().zip(schemes) {
-            self.one(run, &mut scheme, &shown, &mut tables, &mut results)?;
+        let mut done = 0;
+        if let Some(checkpoint) = &checkpoint {
+            done = checkpoint.finished.len();
+            (results.summaries, results.series) = checkpoint.finished.iter().cloned().unzip();
+        }
+        let mut mesh = None;
+        for (run, mut scheme) in self.runs.iter().zip(schemes).skip(done) {
+            mesh = scheme.system().geometry().cloned();
+            self.one(run, &mut scheme, &shown, &mut tables, &mut checkpoint, &mut results)?;
             if results.interrupted {
                 break;
             }
         }
         tables.commit()?;
-        self.write(&folder, summary, &results)?;
+        self.write(&folder, summary, &results, mesh.as_ref().map(|geometry| geometry.mesh()))?;
+        if checkpoint.is_some() && !results.interrupted {
+            let drafts = checkpoint::folder(&folder);
+            std::fs::remove_dir_all(&drafts).map_err(|error| ObserveError::new(&drafts, error))?;
+        }
         report::runs(&self.scene.title, &results.summaries)?;
         println!("\nresults in {}", folder.display());
         if let Some(failure) = &results.failure {
@@ -117,26 +148,83 @@ impl Session<'_> {
         })
     }
 
+    /// The checkpoint to go on from, or an empty one where checkpoints are to be left.
+    fn checkpoint(&self, folder: &Path) -> Result<Option<Checkpoint>, Box<dyn Error>> {
+        Ok(match (&self.arguments.resume, self.arguments.checkpoint) {
+            (Some(results), _) => Some(Checkpoint::read(results, self.scene)?),
+            (None, Some(every)) => {
+                // One left by an earlier run would be resumed in place of this one.
+                let old = checkpoint::folder(folder);
+                if old.exists() {
+                    std::fs::remove_dir_all(&old).map_err(|error| ObserveError::new(&old, error))?;
+                }
+                Some(Checkpoint::new(self.scene, every as usize)?)
+            }
+            (None, None) => None,
+        })
+    }
+
     fn one<T: Scalar, const D: usize>(
         &self,
         run: &Run,
         scheme: &mut Planar<T, D>,
         (dofs, contact): &(Vec<usize>, Option<ContactId>),
         tables: &mut CsvFiles,
+        checkpoint: &mut Option<Checkpoint>,
         results: &mut Results,
-    ) -> Result<(), ObserveError> {
+    ) -> Result<(), Box<dyn Error>> {
         let laws = scheme.laws().iter().map(|law| law.name().to_string()).collect();
         let info = RunInfo::new(&run.law, &run.solver, laws, scheme.settings());
         let mut summary = SummaryRecorder::default();
         let mut series = SeriesRecorder::new(dofs.clone(), *contact);
+        let folder = self.folder();
+        let mut frames = Frames::new(self.scene, &folder, &self.name(&run.law, &run.solver));
+        let current = checkpoint.as_mut().and_then(|checkpoint| checkpoint.current.take());
+        let resumed = current.is_some();
+        if let Some(current) = current {
+            scheme.restore(&current.scheme)?;
+            summary = SummaryRecorder::resume(current.summary);
+            series = series.resume(current.series).ok_or("the checkpoint shows other contacts")?;
+            frames = frames.resume(current.frames);
+        }
         let mut progress = Progress::new(format!("{} with {}", run.law, run.solver), run.steps);
-        let ended = simulate(
-            scheme,
-            run.steps,
-            &info,
-            &mut [tables, &mut summary, &mut series, &mut progress],
-            self.interrupt,
-        );
+        let mut ended = match resumed {
+            true => Ok(()),
+            false => begin(
+                scheme,
+                &info,
+                &mut [&mut *tables, &mut summary, &mut series, &mut frames, &mut progress],
+            ),
+        }
+        .map_err(SimulateError::from)
+        .map(|()| Outcome::Completed);
+        let every = checkpoint.as_ref().map_or(usize::MAX, |checkpoint| (checkpoint.every as usize).max(1));
+        while matches!(ended, Ok(Outcome::Completed)) && scheme.state().index < run.steps {
+            let index = scheme.state().index;
+            let stretch = (every - index % every).min(run.steps - index);
+            ended = advance(
+                scheme,
+                stretch,
+                &mut [&mut *tables, &mut summary, &mut series, &mut frames, &mut progress],
+                self.interrupt,
+            );
+            let index = scheme.state().index;
+            if let (Some(checkpoint), Ok(Outcome::Completed)) = (checkpoint.as_mut(), &ended)
+                && index.is_multiple_of(every)
+                && index < run.steps
+            {
+                checkpoint.tables = tables.mark()?;
+                checkpoint.current = Some(Current {
+                    scheme: scheme.snapshot(),
+                    summary: summary.mark(),
+                    series: series.mark(),
+                    frames: frames.times(),
+                });
+                checkpoint.write(&folder)?;
+            }
+        }
+        let told = end(scheme, &mut [&mut *tables, &mut summary, &mut series, &mut frames, &mut progress]);
+        let ended = ended.and_then(|outcome| told.map(|()| outcome).map_err(SimulateError::from));
         let stopped = match ended {
             Ok(Outcome::Completed) => None,
             Ok(Outcome::Interrupted) => {
@@ -151,15 +239,34 @@ impl Session<'_> {
         };
         results.summaries.extend(summary.finish(stopped));
         results.series.push(series.finish());
+        if let (Some(checkpoint), false) = (checkpoint.as_mut(), results.interrupted) {
+            let all = results.summaries.iter().cloned().zip(&results.series);
+            checkpoint.finished = all.map(|(summary, series)| (summary, series.clone())).collect();
+            checkpoint.current = None;
+            checkpoint.tables = tables.mark()?;
+            checkpoint.write(&folder)?;
+        }
         Ok(())
+    }
+
+    /// Name of the files of a run.
+    fn name(&self, law: &str, solver: &str) -> String {
+        if self.scene.solvers.len() > 1 { format!("{law}-{solver}") } else { law.into() }
     }
 
     fn folder(&self) -> PathBuf {
         let stem = self.arguments.scene.file_stem().unwrap_or_default();
-        self.arguments.out.clone().unwrap_or_else(|| Path::new("out").join(stem))
+        let given = self.arguments.out.clone().or_else(|| self.arguments.resume.clone());
+        given.unwrap_or_else(|| Path::new("out").join(stem))
     }
 
-    fn write(&self, folder: &Path, mut file: AtomicFile, results: &Results) -> Result<(), Box<dyn Error>> {
+    fn write(
+        &self,
+        folder: &Path,
+        mut file: AtomicFile,
+        results: &Results,
+        mesh: Option<&Mesh>,
+    ) -> Result<(), Box<dyn Error>> {
         let summary =
             Summary { title: &self.scene.title, scene: &self.arguments.scene, runs: &results.summaries };
         let path = file.path().to_path_buf();
@@ -173,50 +280,15 @@ impl Session<'_> {
             return Ok(());
         }
         for series in &results.series {
-            let name = if self.scene.solvers.len() > 1 {
-                format!("{}-{}", series.law, series.solver)
-            } else {
-                series.law.clone()
-            };
-            run_figure(series).save(&folder.join(name))?;
+            let figure = if mesh.is_some() { elastic_figure(series) } else { run_figure(series) };
+            figure.save(&folder.join(self.name(&series.law, &series.solver)))?;
+        }
+        if let Some(mesh) = mesh {
+            mesh_figure(mesh).save(&folder.join("mesh"))?;
         }
         if results.series.len() > 1 {
             comparison_figure(&results.series).save(&folder.join("comparison"))?;
         }
         Ok(())
     }
-}
-
-/// Bodies up to which every pair is looked at when the first contact is sought.
-const FEW_BODIES: usize = 200;
-
-/// The degrees of freedom and the contact that figures show.
-fn shown<T: Scalar, const D: usize>(
-    scene: &Scene,
-    scheme: &mut Planar<T, D>,
-) -> Result<(Vec<usize>, Option<ContactId>), SceneError> {
-    let unknown = |place: &str, name: &String, known: Vec<String>| SceneError::UnknownName {
-        place: place.into(),
-        name: name.clone(),
-        known: known.join(", "),
-    };
-    let body = match &scene.output.figure_body {
-        None => 0,
-        Some(name) => scene.bodies.iter().position(|body| &body.name == name).ok_or_else(|| {
-            unknown("output.figure_body", name, scene.bodies.iter().map(|b| b.name.clone()).collect())
-        })?,
-    };
-    let few = scene.bodies.len() <= FEW_BODIES || scene.output.figure_contact.is_some();
-    let candidates = scheme.candidates(if few { T::infinity_impl() } else { T::zero() }).to_vec();
-    let system: &dyn MechanicalSystem<T, D> = scheme.system();
-    let contact = match &scene.output.figure_contact {
-        None => candidates.iter().map(|candidate| candidate.id).min(),
-        Some(name) => {
-            let labels: Vec<_> = candidates.iter().map(|c| (c.id, system.contact_label(c.id))).collect();
-            let found = labels.iter().find(|(_, label)| label == name).map(|&(id, _)| id);
-            let known = || labels.iter().take(20).map(|(_, label)| label.clone()).collect();
-            Some(found.ok_or_else(|| unknown("output.figure_contact", name, known()))?)
-        }
-    };
-    Ok(((3 * body..3 * body + 3).collect(), contact))
 }

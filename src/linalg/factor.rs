@@ -2,8 +2,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVectorViewMut, Dyn};
 
-use super::Symmetric;
-use super::sparse::SparseCholesky;
+use super::{SparseCholesky, Symmetric};
 use crate::scalar::{Scalar, all_finite};
 
 /// The factors of a positive definite operator, in the storage of the operator.
@@ -40,6 +39,15 @@ impl<T: Scalar> Factor<T> {
     /// # Errors
     /// [`FactorError::NotPositiveDefinite`] with the pivot that failed.
     pub fn new(operator: &Symmetric<T>) -> Result<Self, FactorError> {
+        Self::with_last(operator, &[])
+    }
+
+    /// Factors a positive definite operator; where it is sparse, the unknowns `last` come last in the order of
+    /// elimination, so that a solve can pause before them ([`SparseCholesky::last_unknowns`]).
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_last(operator: &Symmetric<T>, last: &[usize]) -> Result<Self, FactorError> {
         match operator {
             // An infinite entry has no inverse, and neither has one so small that its reciprocal overflows.
             Symmetric::Diagonal(d) => match d.iter().position(|&x| !(x > T::zero() && invertible(x))) {
@@ -49,7 +57,9 @@ impl<T: Scalar> Factor<T> {
             Symmetric::Dense(a) => Cholesky::new(a.clone())
                 .map(Self::Dense)
                 .ok_or_else(|| FactorError::NotPositiveDefinite { pivot: first_bad_minor(a) }),
-            Symmetric::Sparse(a) => SparseCholesky::new(a).map(|factors| Self::Sparse(Box::new(factors))),
+            Symmetric::Sparse(a) => {
+                SparseCholesky::new(a, last).map(|factors| Self::Sparse(Box::new(factors)))
+            }
         }
     }
 

@@ -1,6 +1,7 @@
 //! Symmetric operators with one face over their storages, their factorisations, and block rows.
 
 mod block_rows;
+mod cholesky;
 mod factor;
 mod front;
 mod multifrontal;
@@ -9,6 +10,7 @@ mod symbolic;
 mod symmetric;
 
 pub use block_rows::BlockRows;
+pub use cholesky::SparseCholesky;
 pub use factor::{Factor, FactorError};
 pub(crate) use multifrontal::{Multifrontal, SolveBuffers};
 pub use sparse::SparseSymmetric;

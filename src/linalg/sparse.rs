@@ -1,23 +1,22 @@
-//! Sparse symmetric operators on faer's compressed columns, and their Cholesky factorisation.
+//! Sparse symmetric operators in compressed columns.
 
-use std::fmt;
-
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::llt::factor::{LltError, LltRegularization};
-use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
-};
+use faer::Side;
 use faer::sparse::{SparseColMat, Triplet};
-use faer::{Conj, MatMut, Par, Side};
 use nalgebra::DMatrix;
 
-use super::{FactorError, OperatorError};
+use super::OperatorError;
 use crate::scalar::{Scalar, all_finite, epsilon, lit, to_f64};
 
 /// A sparse symmetric operator in compressed columns, both triangles stored.
 #[derive(Clone, Debug)]
 pub struct SparseSymmetric<T: Scalar> {
-    matrix: SparseColMat<usize, T>,
+    /// First entry of each column, and one past the last.
+    starts: Vec<usize>,
+    /// Half the memory of `usize`: a product is as fast as its operator is read.
+    rows: Vec<u32>,
+    values: Vec<T>,
+    /// Whether the next column has the same rows, and is taken with this one.
+    twins: Vec<bool>,
 }
 
 impl<T: Scalar> SparseSymmetric<T> {
@@ -29,7 +28,7 @@ impl<T: Scalar> SparseSymmetric<T> {
     /// [`NotSymmetric`](OperatorError::NotSymmetric).
     pub fn from_triplets(size: usize, triplets: &[(usize, usize, T)]) -> Result<Self, OperatorError> {
         for &(row, column, value) in triplets {
-            if row >= size || column >= size {
+            if row >= size || column >= size || u32::try_from(size).is_err() {
                 return Err(OperatorError::OutOfBounds { row, column, size });
             }
             if !all_finite([&value]) {
@@ -43,10 +42,34 @@ impl<T: Scalar> SparseSymmetric<T> {
 
     /// Sums triplets whose indices are in range.
     fn assemble(size: usize, triplets: impl Iterator<Item = (usize, usize, T)>) -> Self {
-        let triplets: Vec<_> = triplets.map(|(i, j, x)| Triplet::new(i, j, x)).collect();
-        let matrix = SparseColMat::try_new_from_triplets(size, size, &triplets)
-            .expect("the indices were checked, and running out of memory is fatal everywhere");
-        Self { matrix }
+        let matrix = columns(size, triplets);
+        // Fits: every way in checks the size, or starts from an operator.
+        let rows: Vec<u32> = matrix.row_idx().iter().map(|&row| row as u32).collect();
+        let starts = matrix.col_ptr().to_vec();
+        let mut twins = vec![false; size];
+        for j in 1..size {
+            let alike = rows[starts[j - 1]..starts[j]] == rows[starts[j]..starts[j + 1]];
+            twins[j - 1] = alike && (j < 2 || !twins[j - 2]);
+        }
+        Self { starts, rows, values: matrix.val().to_vec(), twins }
+    }
+
+    /// One triangle of the operator with unknown i at `place[i]`.
+    pub(super) fn triangle(&self, place: &[usize], side: Side) -> SparseColMat<usize, T> {
+        let moved = self.entries().map(|(i, j, x)| (place[i], place[j], x));
+        let inside = move |&(i, j, _): &(usize, usize, T)| if side == Side::Lower { i >= j } else { i <= j };
+        columns(self.size(), moved.filter(inside))
+    }
+
+    /// The operator with an entry between any two of the unknowns `tied`, of which the pattern alone counts.
+    pub(super) fn tied(&self, tied: &[usize]) -> SparseColMat<usize, T> {
+        let pairs = tied.iter().flat_map(|&i| tied.iter().map(move |&j| (i, j, T::zero())));
+        columns(self.size(), self.entries().chain(pairs))
+    }
+
+    /// The operator over the first `count` unknowns.
+    pub(super) fn leading(&self, count: usize) -> Self {
+        Self::assemble(count, self.entries().filter(|&(i, j, _)| i < count && j < count))
     }
 
     pub(super) fn from_diagonal(diagonal: &[T]) -> Self {
@@ -78,12 +101,12 @@ impl<T: Scalar> SparseSymmetric<T> {
 
     #[inline]
     fn column(&self, j: usize) -> impl Iterator<Item = (usize, T)> + '_ {
-        let range = self.matrix.col_range(j);
-        self.matrix.row_idx()[range.clone()].iter().copied().zip(self.matrix.val()[range].iter().copied())
+        let range = self.starts[j]..self.starts[j + 1];
+        self.rows[range.clone()].iter().map(|&i| i as usize).zip(self.values[range].iter().copied())
     }
 
     fn check_symmetric(&self) -> Result<(), OperatorError> {
-        let bound = lit::<T>(64.0) * epsilon::<T>() * super::max_abs(self.matrix.val());
+        let bound = lit::<T>(64.0) * epsilon::<T>() * super::max_abs(&self.values);
         for (row, column, value) in self.entries() {
             let mirror = self.column(row).find(|&(i, _)| i == column).map_or(T::zero(), |(_, x)| x);
             if nalgebra::ComplexField::abs(value - mirror) > bound {
@@ -95,78 +118,41 @@ impl<T: Scalar> SparseSymmetric<T> {
 
     /// Size n.
     pub fn size(&self) -> usize {
-        self.matrix.ncols()
+        self.starts.len() - 1
     }
 
-    /// y ← A x; a column of A is a row of A, so every entry of y is one gather.
+    /// y ← A x; a column of A is a row of A, so every entry of y is one gather. Two rows with the same columns, as
+    /// the components of a node have, share it.
     pub fn multiply(&self, x: &[T], y: &mut [T]) {
-        for (j, y_j) in y.iter_mut().enumerate() {
-            *y_j = self.column(j).fold(T::zero(), |sum, (i, a)| sum + a * x[i]);
+        let mut j = 0;
+        while j < y.len() {
+            let (start, end) = (self.starts[j], self.starts[j + 1]);
+            if self.twins[j] {
+                let count = end - start;
+                let (first, second) = self.values[start..end + count].split_at(count);
+                let (mut a, mut b) = (T::zero(), T::zero());
+                for ((&i, &p), &q) in self.rows[start..end].iter().zip(first).zip(second) {
+                    let x = x[i as usize];
+                    a += p * x;
+                    b += q * x;
+                }
+                (y[j], y[j + 1]) = (a, b);
+                j += 2;
+            } else {
+                let entries = self.rows[start..end].iter().zip(&self.values[start..end]);
+                y[j] = entries.fold(T::zero(), |sum, (&i, &a)| sum + a * x[i as usize]);
+                j += 1;
+            }
         }
     }
 }
 
-/// The Cholesky factors L Lᵀ of a sparse operator under a fill-reducing (AMD) order, with the scratch memory of
-/// its solves.
-pub struct SparseCholesky<T: Scalar> {
-    symbolic: SymbolicCholesky<usize>,
-    values: Vec<T>,
-    scratch: MemBuffer,
-}
-
-impl<T: Scalar> SparseCholesky<T> {
-    /// Factors `a`.
-    ///
-    /// # Errors
-    /// [`FactorError::NotPositiveDefinite`] with the pivot that failed.
-    pub fn new(a: &SparseSymmetric<T>) -> Result<Self, FactorError> {
-        let matrix = a.matrix.as_ref();
-        let symbolic = factorize_symbolic_cholesky(
-            matrix.symbolic(),
-            Side::Lower,
-            SymmetricOrdering::Amd,
-            CholeskySymbolicParams::default(),
-        )
-        .map_err(|error| FactorError::Backend { message: error.to_string() })?;
-        let mut values = vec![T::zero(); symbolic.len_val()];
-        let mut work =
-            MemBuffer::new(symbolic.factorize_numeric_llt_scratch::<T>(Par::Seq, Default::default()));
-        symbolic
-            .factorize_numeric_llt(
-                &mut values,
-                matrix,
-                Side::Lower,
-                LltRegularization::default(),
-                Par::Seq,
-                MemStack::new(&mut work),
-                Default::default(),
-            )
-            .map_err(|LltError::NonPositivePivot { index }| FactorError::NotPositiveDefinite {
-                pivot: index,
-            })?;
-        let scratch = MemBuffer::new(symbolic.solve_in_place_scratch::<T>(1, Par::Seq));
-        Ok(Self { symbolic, values, scratch })
-    }
-
-    /// Size n.
-    pub fn size(&self) -> usize {
-        self.symbolic.nrows()
-    }
-
-    /// x ← A⁻¹ x, without allocation.
-    pub fn solve_in_place(&mut self, x: &mut [T]) {
-        let n = self.size();
-        LltRef::new(&self.symbolic, &self.values).solve_in_place_with_conj(
-            Conj::No,
-            MatMut::from_column_major_slice_mut(x, n, 1),
-            Par::Seq,
-            MemStack::new(&mut self.scratch),
-        );
-    }
-}
-
-impl<T: Scalar> fmt::Debug for SparseCholesky<T> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "SparseCholesky {{ size: {}, entries: {} }}", self.size(), self.values.len())
-    }
+/// Compressed columns of triplets whose indices are in range; repeated entries add up.
+fn columns<T: Scalar>(
+    size: usize,
+    triplets: impl Iterator<Item = (usize, usize, T)>,
+) -> SparseColMat<usize, T> {
+    let triplets: Vec<_> = triplets.map(|(i, j, x)| Triplet::new(i, j, x)).collect();
+    SparseColMat::try_new_from_triplets(size, size, &triplets)
+        .expect("the indices were checked, and running out of memory is fatal everywhere")
 }

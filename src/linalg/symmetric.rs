@@ -129,6 +129,27 @@ impl<T: Scalar> Symmetric<T> {
         }
     }
 
+    /// The operator over the first `count` unknowns.
+    pub fn leading(&self, count: usize) -> Self {
+        match self {
+            Self::Diagonal(d) => Self::Diagonal(d[..count].to_vec()),
+            Self::Dense(a) => Self::Dense(a.view((0, 0), (count, count)).into_owned()),
+            Self::Sparse(a) => Self::Sparse(a.leading(count)),
+        }
+    }
+
+    /// The stored entries (row, column, value) of both triangles, column by column.
+    pub fn entries(&self) -> Box<dyn Iterator<Item = (usize, usize, T)> + '_> {
+        match self {
+            Self::Diagonal(d) => Box::new(d.iter().enumerate().map(|(i, &x)| (i, i, x))),
+            Self::Dense(a) => {
+                let n = a.nrows();
+                Box::new((0..n).flat_map(move |j| (0..n).map(move |i| (i, j, a[(i, j)]))))
+            }
+            Self::Sparse(a) => Box::new(a.entries()),
+        }
+    }
+
     /// The sum `self + factor·other`, in the sparsest storage that holds it.
     pub fn plus(self, factor: T, other: &Self) -> Self {
         match (self, other) {

@@ -7,14 +7,31 @@ use std::path::Path;
 
 use ::csv::Writer;
 
+use serde::{Deserialize, Serialize};
+
 use super::{Frame, ObserveError, Observer, RunInfo};
 use crate::energy::{Balance, Energies};
-use crate::file::AtomicFile;
-use crate::scalar::Scalar;
+use crate::file::{AtomicFile, KeptDraft};
+use crate::scalar::{Scalar, to_f64};
+
+/// Where a table is written until it is whole.
+enum Draft {
+    Hidden(AtomicFile),
+    Kept(KeptDraft),
+}
+
+impl Draft {
+    fn path(&self) -> &Path {
+        match self {
+            Self::Hidden(file) => file.path(),
+            Self::Kept(draft) => draft.path(),
+        }
+    }
+}
 
 /// A table written beside its destination and moved there whole, so that older results stay until then.
 struct Table {
-    file: AtomicFile,
+    file: Draft,
     writer: Writer<BufWriter<File>>,
     /// Columns that name the run, first in every row.
     prefix: [String; 2],
@@ -23,16 +40,41 @@ struct Table {
 }
 
 impl Table {
-    fn create(folder: &Path, name: &str) -> Result<Self, ObserveError> {
+    /// A hidden draft, or one kept in the folder `drafts` with its first bytes.
+    fn create(folder: &Path, name: &str, drafts: Option<(&Path, u64)>) -> Result<Self, ObserveError> {
         let path = folder.join(name);
         let open = || -> std::io::Result<_> {
-            let file = AtomicFile::create(&path)?;
-            let writer = Writer::from_writer(BufWriter::with_capacity(1 << 16, file.handle()?));
+            let (file, handle) = match drafts {
+                None => {
+                    let file = AtomicFile::create(&path)?;
+                    let handle = file.handle()?;
+                    (Draft::Hidden(file), handle)
+                }
+                Some((drafts, length)) => {
+                    let draft = KeptDraft::open(&drafts.join(name), &path, length)?;
+                    let handle = draft.handle()?;
+                    (Draft::Kept(draft), handle)
+                }
+            };
+            // Rows differ in nothing but their number of columns, which the code fixes.
+            let writer = ::csv::WriterBuilder::new()
+                .flexible(true)
+                .from_writer(BufWriter::with_capacity(1 << 16, handle));
             Ok((file, writer))
         };
         let (file, writer) = open().map_err(|error| ObserveError::new(&path, error))?;
         let prefix = [String::new(), String::new()];
-        Ok(Self { file, writer, prefix, cell: String::new(), has_header: false })
+        let has_header = drafts.is_some_and(|(_, length)| length > 0);
+        Ok(Self { file, writer, prefix, cell: String::new(), has_header })
+    }
+
+    /// Bytes on the disk; 0 for a hidden draft, which nobody finds again.
+    fn position(&mut self) -> Result<u64, ObserveError> {
+        self.writer.flush().map_err(|e| self.error(e))?;
+        match &self.file {
+            Draft::Hidden(_) => Ok(0),
+            Draft::Kept(draft) => draft.position().map_err(|e| self.error(e)),
+        }
     }
 
     fn begin(&mut self, run: &RunInfo, columns: impl Iterator<Item = String>) -> Result<(), ObserveError> {
@@ -61,7 +103,7 @@ impl Table {
     fn number<T: Scalar>(&mut self, x: T) -> Result<(), ObserveError> {
         use std::fmt::Write as _;
         self.cell.clear();
-        let x: &dyn LowerExp = &crate::scalar::to_f64(x);
+        let x: &dyn LowerExp = &to_f64(x);
         let _infallible = write!(self.cell, "{x:e}");
         self.writer.write_field(&self.cell).map_err(|e| ObserveError::new(self.file.path(), e))
     }
@@ -77,7 +119,11 @@ impl Table {
     fn commit(mut self) -> Result<(), ObserveError> {
         self.writer.flush().map_err(|e| self.error(e))?;
         let path = self.file.path().to_path_buf();
-        self.file.commit().map_err(|error| ObserveError::new(&path, error))
+        let done = match self.file {
+            Draft::Hidden(file) => file.commit(),
+            Draft::Kept(draft) => draft.commit(),
+        };
+        done.map_err(|error| ObserveError::new(&path, error))
     }
 
     fn error(&self, error: impl std::fmt::Display) -> ObserveError {
@@ -90,13 +136,45 @@ pub struct CsvFiles {
     trajectory: Table,
     contacts: Table,
     energy: Table,
-    every: usize,
-    written: Option<usize>,
-    cumulated: [f64; 6],
+    rates: Rates,
+    /// Step of the last row of the trajectory, and of the energies.
+    written: [Option<usize>; 2],
+    cumulated: [f64; WORKS],
     laws: Vec<String>,
 }
 
-const ENERGY_COLUMNS: [&str; 16] = [
+/// Every how many steps each table gets a row; the first state and the last have one in all but the contacts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Rates {
+    /// `trajectory.csv`.
+    pub trajectory: usize,
+    /// `contacts.csv`, a row for every contact active in the step.
+    pub contacts: usize,
+    /// `energy.csv`.
+    pub energy: usize,
+}
+
+impl Default for Rates {
+    /// Every step.
+    fn default() -> Self {
+        Self { trajectory: 1, contacts: 1, energy: 1 }
+    }
+}
+
+/// Where the tables stand, to go on from there: bytes, and sums of works.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct CsvMark {
+    lengths: [u64; 3],
+    written: [Option<u64>; 2],
+    cumulated: [f64; WORKS],
+    prefix: [String; 2],
+    laws: Vec<String>,
+}
+
+/// Works in the balance, with what is left over.
+const WORKS: usize = 7;
+
+const ENERGY_COLUMNS: [&str; 20] = [
     "kinetic",
     "elastic",
     "potential",
@@ -113,25 +191,70 @@ const ENERGY_COLUMNS: [&str; 16] = [
     "sum_normal_contact_work",
     "sum_tangential_contact_work",
     "sum_imbalance",
+    "prescribed_work",
+    "sum_prescribed_work",
+    "largest_normal_work",
+    "largest_tangential_work",
 ];
 
 const FRAME: [&str; 3] = ["N", "T1", "T2"];
 
 impl CsvFiles {
-    /// Opens the tables in `folder`, which must exist; the trajectory and the energies get a row every `every`
-    /// steps. Nothing that is there is touched before [`commit`](Self::commit).
+    /// Opens the tables in `folder`, which must exist. Nothing that is there is touched before
+    /// [`commit`](Self::commit).
     ///
     /// # Errors
     /// [`ObserveError`] where the folder cannot be written to.
-    pub fn create(folder: &Path, every: usize) -> Result<Self, ObserveError> {
+    pub fn create(folder: &Path, rates: Rates) -> Result<Self, ObserveError> {
+        Self::open(folder, rates, None)
+    }
+
+    /// Opens the tables with drafts kept in the folder `drafts`, at the place of `mark`: what stands behind it, from
+    /// a run that was killed, is dropped.
+    ///
+    /// # Errors
+    /// [`ObserveError`] where a folder cannot be written to, or a draft is shorter than its mark.
+    pub fn kept(folder: &Path, rates: Rates, drafts: &Path, mark: &CsvMark) -> Result<Self, ObserveError> {
+        Self::open(folder, rates, Some((drafts, mark)))
+    }
+
+    fn open(folder: &Path, rates: Rates, kept: Option<(&Path, &CsvMark)>) -> Result<Self, ObserveError> {
+        let table = |i: usize, name| {
+            let draft = kept.map(|(drafts, mark)| (drafts, mark.lengths[i]));
+            let mut table = Table::create(folder, name, draft)?;
+            if let Some((_, mark)) = kept {
+                table.prefix.clone_from(&mark.prefix);
+            }
+            Ok(table)
+        };
+        let mark = kept.map(|(_, mark)| mark.clone()).unwrap_or_default();
+        let at_least_one = |rate: usize| rate.max(1);
         Ok(Self {
-            trajectory: Table::create(folder, "trajectory.csv")?,
-            contacts: Table::create(folder, "contacts.csv")?,
-            energy: Table::create(folder, "energy.csv")?,
-            every: every.max(1),
-            written: None,
-            cumulated: [0.0; 6],
-            laws: Vec::new(),
+            trajectory: table(0, "trajectory.csv")?,
+            contacts: table(1, "contacts.csv")?,
+            energy: table(2, "energy.csv")?,
+            rates: Rates {
+                trajectory: at_least_one(rates.trajectory),
+                contacts: at_least_one(rates.contacts),
+                energy: at_least_one(rates.energy),
+            },
+            written: mark.written.map(|step| step.map(|step| step as usize)),
+            cumulated: mark.cumulated,
+            laws: mark.laws,
+        })
+    }
+
+    /// Writes what is pending to the disk and marks the place.
+    ///
+    /// # Errors
+    /// [`ObserveError`] where a file cannot be written.
+    pub fn mark(&mut self) -> Result<CsvMark, ObserveError> {
+        Ok(CsvMark {
+            lengths: [self.trajectory.position()?, self.contacts.position()?, self.energy.position()?],
+            written: self.written.map(|step| step.map(|step| step as u64)),
+            cumulated: self.cumulated,
+            prefix: self.trajectory.prefix.clone(),
+            laws: self.laws.clone(),
         })
     }
 
@@ -146,24 +269,37 @@ impl CsvFiles {
     }
 
     fn write_state<T: Scalar, const D: usize>(&mut self, frame: Frame<'_, T, D>) -> Result<(), ObserveError> {
-        let (state, step) = (frame.state, frame.step);
-        self.written = Some(state.index);
+        let state = frame.state;
+        self.written[0] = Some(state.index);
         self.trajectory.start_row(state.index, state.time)?;
         self.trajectory.numbers(state.q.iter().chain(&state.v))?;
-        self.trajectory.end_row()?;
+        self.trajectory.end_row()
+    }
 
+    fn write_energy<T: Scalar, const D: usize>(
+        &mut self,
+        frame: Frame<'_, T, D>,
+    ) -> Result<(), ObserveError> {
+        let (state, step) = (frame.state, frame.step);
+        self.written[1] = Some(state.index);
         let Energies { kinetic, elastic, potential } = step.energies;
         self.energy.start_row(state.index, state.time)?;
         self.energy.numbers(&[kinetic, elastic, potential])?;
-        self.energy.numbers(&terms(&step.balance))?;
+        let [works @ .., prescribed] = terms(&step.balance);
+        self.energy.numbers(&works)?;
         self.energy.number(step.solution.map_or(T::zero(), |solution| solution.residual.scaled))?;
-        self.energy.numbers(&self.cumulated)?;
+        let [sums @ .., sum_prescribed] = self.cumulated;
+        self.energy.numbers(&sums)?;
+        self.energy.number(prescribed)?;
+        self.energy.number(sum_prescribed)?;
+        let [normal, tangential] = step.largest_works();
+        self.energy.numbers(&[normal, tangential])?;
         self.energy.end_row()
     }
 }
 
 /// The works of the balance and what is left over.
-fn terms<T: Scalar>(balance: &Balance<T>) -> [T; 6] {
+fn terms<T: Scalar>(balance: &Balance<T>) -> [T; WORKS] {
     [
         balance.external_work,
         balance.damping_work,
@@ -171,6 +307,7 @@ fn terms<T: Scalar>(balance: &Balance<T>) -> [T; 6] {
         balance.normal_contact_work,
         balance.tangential_contact_work,
         balance.imbalance,
+        balance.prescribed_work,
     ]
 }
 
@@ -186,15 +323,18 @@ impl<T: Scalar, const D: usize> Observer<T, D> for CsvFiles {
         let contact = ["contact", "gap", "contact_law"].map(String::from).into_iter();
         let works = ["normal_work", "tangential_work"].map(String::from);
         self.contacts.begin(run, contact.chain(vectors).chain(works))?;
-        self.cumulated = [0.0; 6];
+        self.cumulated = [0.0; WORKS];
         self.laws.clone_from(&run.interface_laws);
-        self.write_state(frame)
+        self.write_state(frame)?;
+        self.write_energy(frame)
     }
 
     fn step(&mut self, frame: Frame<'_, T, D>) -> Result<(), ObserveError> {
-        let added = terms(&frame.step.balance).map(crate::scalar::to_f64);
+        let added = terms(&frame.step.balance).map(to_f64);
         self.cumulated.iter_mut().zip(added).for_each(|(sum, x)| *sum += x);
-        for contact in &frame.step.contacts {
+        let index = frame.state.index;
+        let shown = if index.is_multiple_of(self.rates.contacts) { &*frame.step.contacts } else { &[] };
+        for contact in shown {
             self.contacts.start_row(frame.state.index, frame.state.time)?;
             self.contacts.text(&frame.system.contact_label(contact.id))?;
             self.contacts.number(contact.gap)?;
@@ -204,10 +344,17 @@ impl<T: Scalar, const D: usize> Observer<T, D> for CsvFiles {
             self.contacts.numbers(&[contact.normal_work, contact.tangential_work])?;
             self.contacts.end_row()?;
         }
-        if frame.state.index.is_multiple_of(self.every) { self.write_state(frame) } else { Ok(()) }
+        if index.is_multiple_of(self.rates.trajectory) {
+            self.write_state(frame)?;
+        }
+        if index.is_multiple_of(self.rates.energy) { self.write_energy(frame) } else { Ok(()) }
     }
 
     fn end(&mut self, frame: Frame<'_, T, D>) -> Result<(), ObserveError> {
-        if self.written == Some(frame.state.index) { Ok(()) } else { self.write_state(frame) }
+        let due = self.written.map(|written| written != Some(frame.state.index));
+        if due[0] {
+            self.write_state(frame)?;
+        }
+        if due[1] { self.write_energy(frame) } else { Ok(()) }
     }
 }

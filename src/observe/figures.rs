@@ -1,7 +1,8 @@
 //! Figures of runs: the six panels of the paper's Figures 2 and 3, and two runs or more side by side.
 
 use super::RunSeries;
-use crate::plot::{Figure, Panel, Series, Style};
+use crate::mesh::Mesh;
+use crate::plot::{Dash, Figure, Panel, Series, Style};
 
 /// Width (px at 96 dpi) that fits a journal column of 8.5 cm, and the height of a panel.
 const COLUMN: (f64, f64) = (322.0, 140.0);
@@ -70,6 +71,68 @@ pub fn comparison_figure(runs: &[RunSeries]) -> Figure {
         panel.x_limits = (end > 0.0).then_some((0.0, end));
     }
     Figure::new(2, vec![work, energy]).size(COLUMN.0, COLUMN.1)
+}
+
+/// The paper's Figures 6 and 7 of a run of an elastic body: individual energies, works and dissipation against the
+/// total energy, the largest tangential work of a contact in each step, and the contact shown. Units of length and
+/// time are those of the scene.
+pub fn elastic_figure(series: &RunSeries) -> Figure {
+    let t = &series.time;
+    let end = t.last().copied().unwrap_or(1.0);
+    let line = |label: &str, y: Vec<f64>| Series::new(label, Style::Line, t.clone(), y);
+    let over_time = |title: &str, label: &str| {
+        let mut panel = Panel::new(title, "t", label);
+        panel.x_limits = Some((0.0, end));
+        panel
+    };
+    let [kinetic, elastic, _] = &series.energy;
+    let mechanical: Vec<f64> = kinetic.iter().zip(elastic).map(|(k, e)| k + e).collect();
+    let energies = over_time("energies", "E")
+        .with(line("kinetic", kinetic.clone()))
+        .with(line("elastic", elastic.clone()))
+        .with(line("total", mechanical.clone()));
+    let [external, smooth, contact] = &series.sums;
+    let mut works = over_time("works and total energy", "W, E").zero_line();
+    works = works.with(line("external", external.clone())).with(line("contact", contact.clone()));
+    if smooth.iter().any(|&w| w != 0.0) {
+        works = works.with(line("damping", smooth.clone()));
+    }
+    let first = mechanical.first().copied().unwrap_or(0.0);
+    let sum = (0..t.len()).map(|i| first + external[i] + smooth[i] + contact[i]).collect();
+    works = works.with(line("$E_0$ + all", sum)).with(line("E", mechanical).dash(Dash::Dotted).width(2.0));
+    let largest = over_time("largest tangential work", "max $w_T$").zero_line().with(Series::new(
+        "",
+        Style::Markers,
+        t.clone(),
+        series.largest_work.clone(),
+    ));
+    let mut percussions = over_time("percussions at one contact", "p").zero_line();
+    for (i, p) in series.p.iter().enumerate() {
+        let name = if series.p.len() == 2 && i == 1 { "T" } else { FRAME[i] };
+        percussions = percussions.with(line(&format!("$p_{{{name}}}$"), p.clone()));
+    }
+    // Without friction there is no tangential work to show.
+    let tangential = (series.p.len() > 1).then_some(largest);
+    let panels = [energies, works].into_iter().chain(tangential).chain([percussions]).collect();
+    Figure::new(2, panels).size(2.0 * COLUMN.0, 1.4 * COLUMN.1)
+}
+
+/// The paper's Figure 5: a mesh.
+pub fn mesh_figure(mesh: &Mesh) -> Figure {
+    let mut edges = std::collections::BTreeSet::new();
+    for element in mesh.body() {
+        let nodes = element.shape.nodes();
+        for (i, &a) in nodes.iter().enumerate() {
+            let b = nodes[(i + 1) % nodes.len()];
+            edges.insert((a.min(b), a.max(b)));
+        }
+    }
+    let at = |node: usize| mesh.nodes()[node].position;
+    let lines: Vec<[f64; 4]> =
+        edges.into_iter().map(|(a, b)| [at(a)[0], at(a)[1], at(b)[0], at(b)[1]]).collect();
+    let mut panel = Panel::new("mesh", "x", "y").with(Series::edges("", &lines));
+    panel.equal_aspect = true;
+    Figure::new(1, vec![panel]).size(COLUMN.0, 0.75 * COLUMN.0)
 }
 
 fn total(series: &RunSeries) -> Vec<f64> {

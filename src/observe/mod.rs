@@ -7,14 +7,19 @@ mod figures;
 mod series;
 #[cfg(feature = "outputs")]
 mod summary;
+#[cfg(feature = "vtk")]
+mod vtk;
 
 #[cfg(feature = "outputs")]
-pub use self::csv::CsvFiles;
+pub use self::csv::{CsvFiles, CsvMark, Rates};
 #[cfg(feature = "figures")]
-pub use figures::{comparison_figure, run_figure};
-pub use series::{RunSeries, SeriesRecorder};
+pub use figures::{comparison_figure, elastic_figure, mesh_figure, run_figure};
+pub use series::{RunSeries, SeriesMark, SeriesRecorder};
 #[cfg(feature = "outputs")]
-pub use summary::{Impact, RunSummary, SummaryRecorder, WORK_ROUNDOFF, work_roundoff};
+pub use summary::{Impact, RunSummary, SummaryMark, SummaryRecorder, WORK_ROUNDOFF, work_roundoff};
+
+#[cfg(feature = "vtk")]
+pub use vtk::VtkSeries;
 
 use crate::scalar::{Scalar, to_f64};
 use crate::scheme::{Settings, State, Step};

@@ -10,13 +10,14 @@ const SAMPLES: usize = 20_000;
 
 /// One body, one contact and the energies of a run over time; every column has the length of `time`.
 #[derive(Debug, Clone, Default, PartialEq)]
+#[cfg_attr(feature = "outputs", derive(serde::Serialize, serde::Deserialize))]
 pub struct RunSeries {
     /// Law of the run.
     pub law: String,
     /// Cone solver.
     pub solver: String,
     /// Name and unit of the degrees of freedom shown.
-    pub dofs: Vec<(String, &'static str)>,
+    pub dofs: Vec<(String, String)>,
     /// Label of the contact shown.
     pub contact: Option<String>,
     /// Time (s).
@@ -31,8 +32,12 @@ pub struct RunSeries {
     pub p: Vec<Vec<f64>>,
     /// Contact works of the step, [normal, tangential], summed over contacts (J); of merged samples the largest.
     pub work: [Vec<f64>; 2],
+    /// Largest tangential work of one contact in the step (J); of merged samples the largest.
+    pub largest_work: Vec<f64>,
     /// Energies [kinetic, elastic, potential] (J).
     pub energy: [Vec<f64>; 3],
+    /// Works since the start (J): [external and prescribed, damping and numerical, contact].
+    pub sums: [Vec<f64>; 3],
 }
 
 /// Records a [`RunSeries`].
@@ -43,7 +48,19 @@ pub struct SeriesRecorder<T: Scalar, const D: usize> {
     contact: Option<ContactId>,
     stride: usize,
     pending: Option<Sample<D>>,
+    sums: [f64; 3],
     jacobian: BlockRows<T, D>,
+}
+
+/// Where a recorder stands, to go on from there.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "outputs", derive(serde::Serialize, serde::Deserialize))]
+pub struct SeriesMark {
+    series: RunSeries,
+    stride: u64,
+    /// p, then work, then the largest work.
+    pending: Option<Vec<f64>>,
+    sums: [f64; 3],
 }
 
 /// Impulsive quantities of the steps since the last sample: the ones of largest magnitude.
@@ -51,14 +68,16 @@ pub struct SeriesRecorder<T: Scalar, const D: usize> {
 struct Sample<const D: usize> {
     p: [f64; D],
     work: [f64; 2],
+    largest: f64,
 }
 
 impl<const D: usize> Sample<D> {
-    const ZERO: Self = Self { p: [0.0; D], work: [0.0; 2] };
+    const ZERO: Self = Self { p: [0.0; D], work: [0.0; 2], largest: 0.0 };
 
     fn merge(&mut self, other: &Self) {
         self.p.iter_mut().zip(other.p).for_each(|(x, y)| *x = larger(*x, y));
         self.work.iter_mut().zip(other.work).for_each(|(x, y)| *x = larger(*x, y));
+        self.largest = larger(self.largest, other.largest);
     }
 }
 
@@ -70,7 +89,42 @@ impl<T: Scalar, const D: usize> SeriesRecorder<T, D> {
     /// Records the degrees of freedom `dofs` and the contact `contact`.
     pub fn new(dofs: Vec<usize>, contact: Option<ContactId>) -> Self {
         let jacobian = BlockRows::new();
-        Self { series: RunSeries::default(), dofs, contact, stride: 1, pending: None, jacobian }
+        let (series, sums) = (RunSeries::default(), [0.0; 3]);
+        Self { series, dofs, contact, stride: 1, pending: None, sums, jacobian }
+    }
+
+    /// Marks the place.
+    pub fn mark(&self) -> SeriesMark {
+        let flat = |sample: &Sample<D>| {
+            let all = sample.p.iter().chain(&sample.work).chain(std::iter::once(&sample.largest));
+            all.copied().collect()
+        };
+        SeriesMark {
+            series: self.series.clone(),
+            stride: self.stride as u64,
+            pending: self.pending.as_ref().map(flat),
+            sums: self.sums,
+        }
+    }
+
+    /// Goes on from a mark of a recorder of the same degrees of freedom and contact; `None` where it is not one.
+    pub fn resume(mut self, mark: SeriesMark) -> Option<Self> {
+        let local = if self.contact.is_some() { D } else { 0 };
+        let fits = mark.series.q.len() == self.dofs.len() && mark.series.p.len() == local;
+        let sample = |flat: Vec<f64>| {
+            let whole = flat.len() == D + 3;
+            whole.then(|| Sample {
+                p: std::array::from_fn(|i| flat[i]),
+                work: [flat[D], flat[D + 1]],
+                largest: flat[D + 2],
+            })
+        };
+        self.pending = match mark.pending {
+            None => None,
+            Some(flat) => Some(sample(flat)?),
+        };
+        (self.series, self.stride, self.sums) = (mark.series, (mark.stride as usize).max(1), mark.sums);
+        fits.then_some(self)
     }
 
     /// The series recorded.
@@ -95,6 +149,8 @@ impl<T: Scalar, const D: usize> SeriesRecorder<T, D> {
         let impulsive = self.pending.take().unwrap_or(Sample::ZERO);
         series.p.iter_mut().zip(impulsive.p).for_each(|(column, p)| column.push(p));
         series.work.iter_mut().zip(impulsive.work).for_each(|(column, work)| column.push(work));
+        series.largest_work.push(impulsive.largest);
+        series.sums.iter_mut().zip(self.sums).for_each(|(column, sum)| column.push(sum));
         let energies = [step.energies.kinetic, step.energies.elastic, step.energies.potential];
         series.energy.iter_mut().zip(energies).for_each(|(column, e)| column.push(to_f64(e)));
         if series.time.len() >= 2 * SAMPLES {
@@ -104,10 +160,10 @@ impl<T: Scalar, const D: usize> SeriesRecorder<T, D> {
 
     fn thin(&mut self) {
         self.stride *= 2;
-        let RunSeries { time, q, v, u, p, work, energy, .. } = &mut self.series;
-        let smooth = [&mut *time].into_iter().chain(q).chain(v).chain(u).chain(energy);
+        let RunSeries { time, q, v, u, p, work, largest_work, energy, sums, .. } = &mut self.series;
+        let smooth = [&mut *time].into_iter().chain(q).chain(v).chain(u).chain(energy).chain(sums);
         smooth.for_each(|column| halve(column, |first, _| first));
-        p.iter_mut().chain(work).for_each(|column| halve(column, larger));
+        p.iter_mut().chain(work).chain([largest_work]).for_each(|column| halve(column, larger));
     }
 }
 
@@ -120,7 +176,7 @@ fn halve(column: &mut Vec<f64>, merge: impl Fn(f64, f64) -> f64) {
 
 impl<T: Scalar, const D: usize> Observer<T, D> for SeriesRecorder<T, D> {
     fn begin(&mut self, run: &RunInfo, frame: Frame<'_, T, D>) -> Result<(), ObserveError> {
-        let name = |&dof: &usize| (frame.system.dof_label(dof), frame.system.dof_unit(dof));
+        let name = |&dof: &usize| (frame.system.dof_label(dof), frame.system.dof_unit(dof).to_string());
         let columns = |n: usize| vec![Vec::new(); n];
         let local = if self.contact.is_some() { D } else { 0 };
         self.series = RunSeries {
@@ -134,6 +190,7 @@ impl<T: Scalar, const D: usize> Observer<T, D> for SeriesRecorder<T, D> {
             p: columns(local),
             ..RunSeries::default()
         };
+        self.sums = [0.0; 3];
         self.sample(frame);
         Ok(())
     }
@@ -143,7 +200,15 @@ impl<T: Scalar, const D: usize> Observer<T, D> for SeriesRecorder<T, D> {
         let shown = step.contacts.iter().find(|contact| Some(contact.id) == self.contact);
         let p = shown.map_or([0.0; D], |contact| std::array::from_fn(|i| to_f64(contact.percussion[i])));
         let work = [step.balance.normal_contact_work, step.balance.tangential_contact_work].map(to_f64);
-        self.pending.get_or_insert(Sample::ZERO).merge(&Sample { p, work });
+        let largest = to_f64(step.largest_works()[1]);
+        self.pending.get_or_insert(Sample::ZERO).merge(&Sample { p, work, largest });
+        let balance = &step.balance;
+        let sums = [
+            balance.external_work + balance.prescribed_work,
+            balance.damping_work + balance.numerical_dissipation,
+            balance.normal_contact_work + balance.tangential_contact_work,
+        ];
+        self.sums.iter_mut().zip(sums).for_each(|(sum, x)| *sum += to_f64(x));
         if frame.state.index.is_multiple_of(self.stride) {
             self.sample(frame);
         }

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use nalgebra::SVector;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{Frame, ObserveError, Observer, RunInfo};
 use crate::contact::ContactId;
@@ -18,11 +18,14 @@ pub fn work_roundoff<T: Scalar>() -> f64 {
     WORK_ROUNDOFF.max(64.0 * to_f64(epsilon::<T>()))
 }
 
+/// A tangential work (J) that the literature counts as created energy.
+const LISTED_WORK: f64 = 1e-9;
+
 /// Impacts listed one by one; further ones are counted.
 const LISTED_IMPACTS: usize = 10_000;
 
 /// A percussion in a step whose previous step had none at that contact.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Impact {
     /// Number of the step.
     pub step: usize,
@@ -43,7 +46,7 @@ pub struct Impact {
 }
 
 /// The figures of a run. Energies are mechanical, kinetic and elastic, as E in (56).
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RunSummary {
     /// Law of the run.
     pub law: String,
@@ -73,6 +76,12 @@ pub struct RunSummary {
     pub max_normal_work: f64,
     /// Steps in which a contact work is positive beyond round-off, [`WORK_ROUNDOFF`].
     pub positive_work_steps: usize,
+    /// Steps in which the largest tangential contact work exceeds 1e-9 J.
+    pub tangential_work_steps: usize,
+    /// Contact works, normal and tangential, summed over the run (J).
+    pub contact_work: f64,
+    /// Works of external forces and prescribed displacements, summed over the run (J).
+    pub external_work: f64,
     /// Largest |imbalance| of (56) in a step (J).
     pub max_imbalance: f64,
     /// Largest scaled residual of a cone problem.
@@ -92,11 +101,44 @@ pub struct RunSummary {
 pub struct SummaryRecorder {
     summary: Option<RunSummary>,
     started: Option<Instant>,
+    /// Wall time before a resumption (s).
+    seconds: f64,
     touching: Vec<ContactId>,
     works: Option<(f64, f64)>,
 }
 
+/// Where a recorder stands, to go on from there.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SummaryMark {
+    summary: Option<RunSummary>,
+    seconds: f64,
+    touching: Vec<u64>,
+    works: Option<(f64, f64)>,
+}
+
 impl SummaryRecorder {
+    /// A recorder that goes on from a mark.
+    pub fn resume(mark: SummaryMark) -> Self {
+        let touching = mark.touching.into_iter().map(ContactId).collect();
+        let SummaryMark { summary, seconds, works, .. } = mark;
+        Self { summary, started: Some(Instant::now()), seconds, touching, works }
+    }
+
+    /// Marks the place.
+    pub fn mark(&self) -> SummaryMark {
+        SummaryMark {
+            summary: self.summary.clone(),
+            seconds: self.elapsed(),
+            touching: self.touching.iter().map(|contact| contact.0).collect(),
+            works: self.works,
+        }
+    }
+
+    /// Wall time (s), of the runs before a resumption as well.
+    fn elapsed(&self) -> f64 {
+        self.seconds + self.started.map_or(0.0, |started| started.elapsed().as_secs_f64())
+    }
+
     /// The summary of the run watched; `stopped` says why it ended early. `None` where no run began.
     pub fn finish(self, stopped: Option<String>) -> Option<RunSummary> {
         let mut summary = self.summary?;
@@ -127,6 +169,9 @@ impl<T: Scalar, const D: usize> Observer<T, D> for SummaryRecorder {
             max_tangential_work: 0.0,
             max_normal_work: 0.0,
             positive_work_steps: 0,
+            tangential_work_steps: 0,
+            contact_work: 0.0,
+            external_work: 0.0,
             max_imbalance: 0.0,
             max_residual: 0.0,
             solver_iterations: 0,
@@ -145,6 +190,10 @@ impl<T: Scalar, const D: usize> Observer<T, D> for SummaryRecorder {
         summary.final_energy = to_f64(step.energies.mechanical());
         summary.max_energy = summary.max_energy.max(summary.final_energy);
         summary.max_imbalance = summary.max_imbalance.max(to_f64(step.balance.imbalance).abs());
+        let balance = &step.balance;
+        summary.contact_work += to_f64(balance.normal_contact_work + balance.tangential_contact_work);
+        summary.external_work += to_f64(balance.external_work + balance.prescribed_work);
+        summary.tangential_work_steps += usize::from(to_f64(step.largest_works()[1]) > LISTED_WORK);
         if let Some(solution) = &step.solution {
             summary.max_residual = summary.max_residual.max(to_f64(solution.residual.scaled));
             summary.solver_iterations += solution.iterations;
@@ -183,8 +232,9 @@ impl<T: Scalar, const D: usize> Observer<T, D> for SummaryRecorder {
     }
 
     fn end(&mut self, _frame: Frame<'_, T, D>) -> Result<(), ObserveError> {
-        if let (Some(summary), Some(started)) = (self.summary.as_mut(), self.started) {
-            summary.wall_seconds = started.elapsed().as_secs_f64();
+        let elapsed = self.elapsed();
+        if let Some(summary) = self.summary.as_mut() {
+            summary.wall_seconds = elapsed;
         }
         Ok(())
     }

@@ -2,19 +2,22 @@
 
 use super::format::{ActivationRuleName, InterfaceSpec};
 use super::names::{Directory, Groups};
-use super::{Run, Scene, SceneError};
+use super::{PreloadSpec, Run, Scene, SceneError};
 use crate::laws::{self, ContactLaw};
 use crate::scalar::{Scalar, lit};
-use crate::scheme::{Activation, ActivationRule, Settings, ThetaScheme};
+use crate::scheme::{Activation, ActivationRule, Settings, ThetaScheme, equilibrium};
 use crate::solver::{self, ConeSolver, Stopping};
-use crate::system::{Body, BodyId, RigidBodies};
+use crate::system::{Body, BodyId, MechanicalSystem, RigidBodies};
 
 /// A law chosen by name.
 type AnyLaw<T, const D: usize> = Box<dyn ContactLaw<T, D>>;
 
-/// The scheme of a scene: planar rigid bodies, laws and solver by name.
+/// A system of any kind.
+type AnySystem<T, const D: usize> = Box<dyn MechanicalSystem<T, D>>;
+
+/// The scheme of a scene: planar rigid bodies or an elastic body, laws and solver by name.
 pub type Planar<T, const D: usize> =
-    ThetaScheme<T, D, RigidBodies<T>, AnyLaw<T, D>, Box<dyn ConeSolver<T, D>>>;
+    ThetaScheme<T, D, AnySystem<T, D>, AnyLaw<T, D>, Box<dyn ConeSolver<T, D>>>;
 
 impl InterfaceSpec {
     /// The two sides, for errors.
@@ -55,6 +58,15 @@ pub fn contact_dimension(scene: &Scene, runs: &[Run]) -> Result<usize, SceneErro
             return Err(SceneError::UnusedParameter { interface, parameter });
         }
     }
+    if let Some(solid) = &scene.solid
+        && solid.mesh.mesh(&scene.folder)?.dimension() == 1
+    {
+        if !frictionless {
+            let what = "the friction of a bar".into();
+            return Err(SceneError::OutOfRange { what, value: f64::NAN, range: "0: a line has no tangent" });
+        }
+        return Ok(1);
+    }
     Ok(if frictionless { 1 } else { 2 })
 }
 
@@ -63,24 +75,57 @@ pub fn contact_dimension(scene: &Scene, runs: &[Run]) -> Result<usize, SceneErro
 /// # Errors
 /// [`SceneError`] naming what is wrong and its value.
 pub fn build<T: Scalar, const D: usize>(scene: &Scene, run: &Run) -> Result<Planar<T, D>, SceneError> {
-    if scene.bodies.is_empty() {
-        return Err(SceneError::Empty { what: "body" });
-    }
     check_state(scene)?;
-    let (system, laws) = build_system(scene, run)?;
+    let solver = solver::build(&run.solver, stopping(scene))?;
+    let settings = settings(scene);
+    let (system, laws, q, v): (AnySystem<T, D>, _, Vec<T>, Vec<T>) = match &scene.solid {
+        Some(solid) if scene.bodies.is_empty() => {
+            let (mut body, interfaces) = solid.body::<T>(scene)?;
+            let of = |&interface: &usize| scene.interfaces[interface].law(run);
+            let laws = interfaces.iter().map(of).collect::<Result<Vec<AnyLaw<T, D>>, _>>()?;
+            let n = MechanicalSystem::<T, D>::dofs(&body);
+            let q = match solid.preload {
+                None => vec![T::zero(); n],
+                Some(PreloadSpec { contacts, constant_forces }) => match contacts.support() {
+                    Some(support) => body.preload(T::zero(), support, constant_forces)?,
+                    None => {
+                        let friction: Vec<T> = laws.iter().map(|law| law.friction()).collect();
+                        let mut solver = solver::build::<T, D>(&run.solver, stopping(scene))?;
+                        equilibrium(&mut body, &friction, &mut solver, T::zero(), constant_forces)?
+                    }
+                },
+            };
+            let mut v = vec![T::zero(); n];
+            let geometry = body.geometry();
+            for node in 0..geometry.mesh().nodes().len() {
+                for axis in 0..geometry.mesh().dimension() {
+                    v[geometry.dof(node, axis)] = lit(solid.velocity[axis]);
+                }
+            }
+            (Box::new(body), laws, q, v)
+        }
+        Some(_) => return Err(SceneError::Mixed),
+        None if scene.bodies.is_empty() => return Err(SceneError::Empty { what: "body" }),
+        None => {
+            let (system, laws) = build_system(scene, run)?;
+            let (mut q, mut v) = (Vec::new(), Vec::new());
+            for body in &scene.bodies {
+                q.extend([body.position[0], body.position[1], body.angle].map(lit::<T>));
+                v.extend([body.velocity[0], body.velocity[1], body.spin].map(lit::<T>));
+            }
+            (Box::new(system), laws, q, v)
+        }
+    };
+    Ok(ThetaScheme::new(system, laws, solver, settings, T::zero(), q, v)?)
+}
+
+fn stopping<T: Scalar>(scene: &Scene) -> Stopping<T> {
     let defaults = Stopping::default();
-    let stopping = Stopping {
+    Stopping {
         tolerance: scene.solver.tolerance.map_or(defaults.tolerance, lit),
         max_iterations: scene.solver.max_iterations,
         max_seconds: scene.solver.max_seconds,
-    };
-    let solver = solver::build(&run.solver, stopping)?;
-    let (mut q, mut v) = (Vec::new(), Vec::new());
-    for body in &scene.bodies {
-        q.extend([body.position[0], body.position[1], body.angle].map(lit::<T>));
-        v.extend([body.velocity[0], body.velocity[1], body.spin].map(lit::<T>));
     }
-    Ok(ThetaScheme::new(system, laws, solver, settings(scene), T::zero(), q, v)?)
 }
 
 /// Checks what only the scene can name: gravity and the initial state.
@@ -90,6 +135,9 @@ fn check_state(scene: &Scene) -> Result<(), SceneError> {
         None => Ok(()),
     };
     check(&|| "gravity".into(), &scene.gravity)?;
+    if let Some(solid) = &scene.solid {
+        check(&|| format!("velocity of `{}`", solid.name), &solid.velocity)?;
+    }
     for body in &scene.bodies {
         check(&|| format!("position of `{}`", body.name), &body.position)?;
         check(&|| format!("angle of `{}`", body.name), &[body.angle])?;

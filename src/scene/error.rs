@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use crate::laws::LawError;
-use crate::scheme::SetupError;
+use crate::mesh::MeshError;
+use crate::scheme::{EquilibriumError, SetupError};
 use crate::solver::UnknownSolver;
-use crate::system::SystemError;
+use crate::system::{ElasticError, PreloadError, SystemError};
 
 /// Why a scene could not be read or built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -87,6 +88,21 @@ pub enum SceneError {
     /// The bodies or half-planes are not valid.
     #[error(transparent)]
     System(#[from] SystemError),
+    /// The mesh of the elastic body cannot be used.
+    #[error("mesh: {0}")]
+    Mesh(#[from] MeshError),
+    /// The elastic body is not valid.
+    #[error(transparent)]
+    Elastic(#[from] ElasticError),
+    /// The elastic body has no static preload.
+    #[error(transparent)]
+    Preload(#[from] PreloadError),
+    /// The preload with contacts was not found.
+    #[error(transparent)]
+    Equilibrium(#[from] EquilibriumError),
+    /// Rigid bodies and an elastic one in the same scene.
+    #[error("the scene has bodies and a solid; it must have one or the other")]
+    Mixed,
     /// The scheme cannot start.
     #[error(transparent)]
     Setup(#[from] SetupError),

@@ -1,13 +1,14 @@
 //! The scene file as it is written; unknown keys are refused with their line and column.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use super::SceneError;
+use super::{SceneError, SolidSpec};
 
-/// A scene of planar rigid bodies. SI units: m, kg, s, N, rad.
+/// A scene of planar rigid bodies, or of one elastic body. Units are SI (m, kg, s, N, rad), or any other consistent
+/// set: mm, ms, g makes MPa, N, mJ.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
@@ -32,14 +33,20 @@ pub struct Scene {
     /// What is written, and how often.
     #[serde(default)]
     pub output: OutputSpec,
-    /// Moving bodies.
+    /// Moving rigid bodies.
+    #[serde(default)]
     pub bodies: Vec<BodySpec>,
+    /// An elastic body, in place of the rigid ones.
+    pub solid: Option<SolidSpec>,
     /// Fixed half-planes.
     #[serde(default)]
     pub half_planes: Vec<HalfPlaneSpec>,
     /// Which pairs touch, and the parameters of their law.
     #[serde(default)]
     pub interfaces: Vec<InterfaceSpec>,
+    /// Folder of the scene file, which the names of mesh files start from.
+    #[serde(skip)]
+    pub folder: PathBuf,
 }
 
 fn default_solvers() -> Vec<String> {
@@ -114,8 +121,14 @@ pub struct SolverSpec {
 #[serde(deny_unknown_fields)]
 pub struct OutputSpec {
     /// A row of `trajectory.csv` and `energy.csv` every so many steps (default 1); the last step is always
-    /// written. `contacts.csv` has every active contact of every step.
+    /// written.
     pub every: Option<usize>,
+    /// A row of `trajectory.csv` every so many steps, in place of `every`.
+    pub trajectory_every: Option<usize>,
+    /// `contacts.csv` has the active contacts of every so many steps (default 1: of all).
+    pub contacts_every: Option<usize>,
+    /// A VTK file of the elastic body every so many steps; none where absent.
+    pub vtk_every: Option<usize>,
     /// The body whose motion the figures show; the first where absent.
     pub figure_body: Option<String>,
     /// The contact whose velocities and percussions the figures show, as `disc|half-plane` or `disc|disc`; the
@@ -215,6 +228,8 @@ impl Scene {
     /// # Errors
     /// [`SceneError::Parse`] with line and column.
     pub fn parse(text: &str, path: &Path) -> Result<Self, SceneError> {
-        toml::from_str(text).map_err(|error| SceneError::parse(path, text, &error))
+        let mut scene: Self = toml::from_str(text).map_err(|error| SceneError::parse(path, text, &error))?;
+        scene.folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
+        Ok(scene)
     }
 }

@@ -1,7 +1,8 @@
 //! Scene files: bodies, shapes, laws and solvers by registered name, in TOML.
 //!
 //! A scene is read ([`Scene::read`]), turned into the runs it asks for ([`Scene::runs`]: every law with every
-//! solver), and each run is built into a scheme over planar rigid bodies ([`build`]). Frictionless runs are built
+//! solver), and each run is built into a scheme over planar rigid bodies, or over an elastic body
+//! ([`build`]). Frictionless runs are built
 //! with contacts of dimension 1, the others with dimension 2.
 
 mod build;
@@ -9,6 +10,7 @@ mod error;
 mod format;
 mod names;
 mod plan;
+mod solid;
 
 pub use build::{Planar, build, contact_dimension};
 pub use error::SceneError;
@@ -17,3 +19,7 @@ pub use format::{
     SolverSpec, TimeSpec,
 };
 pub use plan::{Overrides, Run};
+pub use solid::{
+    AxisName, HypothesisName, MassName, MeshSpec, PatternName, PreloadSpec, PrescribedSpec, SignalSpec,
+    SolidSpec, SupportName, TractionSpec,
+};

@@ -22,6 +22,8 @@ pub struct Overrides {
     pub scalar: Option<ScalarName>,
     /// Accept a θ outside the claimed intervals.
     pub allow_unproved_theta: bool,
+    /// Mesh file of the elastic body, from the working folder.
+    pub mesh: Option<std::path::PathBuf>,
 }
 
 /// One run of a scene.
@@ -49,6 +51,11 @@ impl Scene {
         time.step = overrides.step.unwrap_or(time.step);
         time.end = overrides.end.unwrap_or(time.end);
         time.allow_unproved_theta |= overrides.allow_unproved_theta;
+        if let (Some(solid), Some(file)) = (&mut self.solid, &overrides.mesh) {
+            // The name of a file may start from the working folder or from the scene's: made absolute, from neither.
+            let file = std::path::absolute(file).unwrap_or_else(|_| file.clone());
+            solid.mesh = super::MeshSpec { file: Some(file), ..super::MeshSpec::default() };
+        }
         self.scalar = overrides.scalar.unwrap_or(self.scalar);
         self.solver.tolerance = overrides.tolerance.or(self.solver.tolerance);
     }
@@ -75,8 +82,15 @@ impl Scene {
                 return Err(SceneError::DuplicateName { name: name.clone() });
             }
         }
-        if self.output.every == Some(0) {
-            let what = "output.every".into();
+        let output = &self.output;
+        let rates = [
+            ("output.every", output.every),
+            ("output.trajectory_every", output.trajectory_every),
+            ("output.contacts_every", output.contacts_every),
+            ("output.vtk_every", output.vtk_every),
+        ];
+        if let Some((what, _)) = rates.iter().find(|(_, rate)| *rate == Some(0)) {
+            let what = (*what).into();
             return Err(SceneError::OutOfRange { what, value: 0.0, range: "at least 1" });
         }
         let steps = self.steps()?;

@@ -25,8 +25,9 @@ pub enum ActivationRule {
 /// u_N ≤ `velocity_tolerance`.
 ///
 /// Both must be positive: taken literally, the rule lets round-off decide whether a resting contact is there. The
-/// default is 1e-12 (64 ε for scalars that cannot resolve it) times the length and the speed of the scene; on the
-/// sliding block every relative value between 1e-15 and 1e-10 gives the same run, bit for bit.
+/// default is 1e-12 (64 ε for scalars that cannot resolve it) times the length and the speed of the scene; the one on
+/// velocities is at least ten times what the cone solver may leave, its tolerance times the speed: a closed contact
+/// has u_N = 0 to that accuracy and no better.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Activation<T> {
     /// The rule.
@@ -49,13 +50,14 @@ impl<T: Scalar> Activation<T> {
         Self { rule, ..Self::default() }
     }
 
-    /// (gap tolerance, velocity tolerance) in a scene of the given scales.
-    pub(super) fn tolerances(&self, scales: Scales<T>) -> (T, T) {
+    /// (gap tolerance, velocity tolerance) in a scene of the given scales with a solver of the given tolerance.
+    pub(super) fn tolerances(&self, scales: Scales<T>, solver_tolerance: T) -> (T, T) {
         let floor = lit::<T>(64.0) * epsilon::<T>();
         let relative = nalgebra::RealField::max(lit::<T>(1e-12), floor);
+        let left = nalgebra::RealField::max(relative, lit::<T>(10.0) * solver_tolerance);
         (
             self.gap_tolerance.unwrap_or(relative * scales.length),
-            self.velocity_tolerance.unwrap_or(relative * scales.speed),
+            self.velocity_tolerance.unwrap_or(left * scales.speed),
         )
     }
 }

@@ -19,17 +19,20 @@ pub(super) struct Assembler<T: Scalar, const D: usize> {
     row: Vec<(usize, SMatrix<T, D, D>)>,
     /// One column of M̂⁻¹ Hᵀ, and the upper triangle of a full W.
     column: Vec<T>,
+    /// Degrees of freedom that M̂ has rows for, the first ones; the others are prescribed.
+    free: usize,
     full: Vec<SMatrix<T, D, D>>,
 }
 
 impl<T: Scalar, const D: usize> Assembler<T, D> {
-    pub(super) fn new(dofs: usize) -> Self {
+    pub(super) fn new(dofs: usize, free: usize) -> Self {
         Self {
             head: vec![NONE; dofs],
             next: Vec::new(),
             place: Vec::new(),
             row: Vec::new(),
             column: vec![T::zero(); dofs],
+            free,
             full: Vec::new(),
         }
     }
@@ -61,7 +64,7 @@ impl<T: Scalar, const D: usize> Assembler<T, D> {
         self.place.resize(h.rows(), NONE);
         for row in 0..h.rows() {
             self.row.clear();
-            for (dof, left) in h.row(row) {
+            for (dof, left) in h.row(row).filter(|&(dof, _)| dof < self.free) {
                 let weighted = left * inverse[dof];
                 let mut entry = self.head[dof];
                 while entry != NONE {
@@ -96,7 +99,8 @@ impl<T: Scalar, const D: usize> Assembler<T, D> {
             for d in 0..D {
                 self.column.fill(T::zero());
                 h.row(a).for_each(|(dof, entry)| self.column[dof] += entry[d]);
-                factor.solve_in_place(&mut self.column);
+                factor.solve_in_place(&mut self.column[..self.free]);
+                self.column[self.free..].fill(T::zero());
                 for b in 0..=a {
                     self.full[b * m + a].set_column(d, &h.velocity(b, &self.column));
                 }

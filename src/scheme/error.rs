@@ -46,7 +46,7 @@ pub enum SetupError {
     /// A vector or an operator of the system has the wrong size.
     #[error("{what}: size {given} for {expected} degrees of freedom")]
     Size {
-        /// `mass`, `damping`, `stiffness`, `force`, `q` or `v`.
+        /// `mass`, `damping`, `stiffness`, `force`, `prescribed`, `q` or `v`.
         what: &'static str,
         /// Degrees of freedom of the system.
         expected: usize,
@@ -82,6 +82,14 @@ pub enum SetupError {
         value: f64,
         /// θ.
         theta: f64,
+    },
+    /// A constant row of H is not finite, or names a degree of freedom the system does not have.
+    #[error("contact {contact}: its row of H is not finite, or reaches beyond {dofs} degrees of freedom")]
+    ConstantRow {
+        /// Label of the contact.
+        contact: String,
+        /// Degrees of freedom of the system.
+        dofs: usize,
     },
     /// The energy of the initial state overflows.
     #[error("the energy of the initial state is not finite (kinetic {kinetic} J, elastic {elastic} J)")]

@@ -54,6 +54,33 @@ pub struct Step<T: Scalar, const D: usize> {
     pub solution: Option<Solution<T>>,
 }
 
+impl<T: Scalar, const D: usize> Step<T, D> {
+    /// The largest [normal, tangential] contact work of one contact (J); 0 without contact.
+    pub fn largest_works(&self) -> [T; 2] {
+        let larger = nalgebra::RealField::max;
+        let mut works = self.contacts.iter().map(|contact| [contact.normal_work, contact.tangential_work]);
+        let first = works.next().unwrap_or([T::zero(); 2]);
+        works.fold(first, |[a, b], [c, d]| [larger(a, c), larger(b, d)])
+    }
+}
+
+/// The parts of a step, in their order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// Forces, and the solve for the free velocity (with constant H its first stage).
+    FreeVelocity,
+    /// Gaps, local velocities, active set.
+    ActiveSet,
+    /// W, b and μ.
+    ConeProblem,
+    /// The cone solver.
+    ConeSolution,
+    /// The solve for what the percussions change (with constant H the second stage), and the next state.
+    NextState,
+    /// The products M v and K q, energies and balance; the next step uses these products again.
+    Ledger,
+}
+
 /// The step being made; it becomes the state only when all of it succeeded.
 #[derive(Debug)]
 pub(super) struct Next<T: Scalar, const D: usize> {
@@ -66,11 +93,13 @@ pub(super) struct Next<T: Scalar, const D: usize> {
     /// M v and K q of the state, and of its successor.
     pub(super) momentum: [Vec<T>; 2],
     pub(super) elastic_force: [Vec<T>; 2],
+    /// Impulses that move the prescribed degrees of freedom.
+    pub(super) reaction: Vec<T>,
     pub(super) contacts: Vec<ContactStep<T, D>>,
 }
 
 impl<T: Scalar, const D: usize> Next<T, D> {
-    pub(super) fn new(dofs: usize) -> Self {
+    pub(super) fn new(dofs: usize, prescribed: usize) -> Self {
         let zeros = || vec![T::zero(); dofs];
         Self {
             q: zeros(),
@@ -81,6 +110,7 @@ impl<T: Scalar, const D: usize> Next<T, D> {
             scratch: zeros(),
             momentum: [zeros(), zeros()],
             elastic_force: [zeros(), zeros()],
+            reaction: vec![T::zero(); prescribed],
             contacts: Vec::new(),
         }
     }

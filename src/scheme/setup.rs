@@ -6,7 +6,7 @@ use super::{Activation, SetupError};
 use crate::laws::ContactLaw;
 use crate::linalg::Symmetric;
 use crate::scalar::{Scalar, all_finite, epsilon, lit, to_f64};
-use crate::system::MechanicalSystem;
+use crate::system::{MechanicalSystem, Prescribed};
 
 /// Parameters of the scheme.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -89,6 +89,18 @@ pub(super) fn iteration_matrix<T: Scalar, const D: usize, S: MechanicalSystem<T,
     matrix
 }
 
+/// Entries of M̂ between free degrees of freedom and prescribed ones; none where nothing prescribed moves.
+pub(super) fn coupling<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
+    system: &S,
+    matrix: &Symmetric<T>,
+    free: usize,
+) -> Vec<(usize, usize, T)> {
+    if !system.prescribed().is_some_and(Prescribed::moves) {
+        return Vec::new();
+    }
+    matrix.entries().filter(|&(i, j, m)| i < free && j >= free && m != T::zero()).collect()
+}
+
 /// Checks that every operator of the system and the state have one component per degree of freedom, and that the
 /// state is finite.
 pub(super) fn check_sizes<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
@@ -104,6 +116,7 @@ pub(super) fn check_sizes<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
         ("force", system.forces().constant_part().len()),
         ("q", q.len()),
         ("v", v.len()),
+        ("prescribed", system.prescribed().map_or(expected, |p| p.first().saturating_add(p.count()))),
     ];
     if let Some(&(what, given)) = sizes.iter().find(|&&(_, given)| given != expected) {
         return Err(SetupError::Size { what, expected, given });
@@ -119,11 +132,12 @@ pub(super) fn check_sizes<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
 /// The tolerances of the active set in this system, (gap, velocity).
 pub(super) fn tolerances<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
     activation: &Activation<T>,
+    solver_tolerance: T,
     system: &S,
     q: &[T],
     v: &[T],
 ) -> Result<(T, T), SetupError> {
-    let tolerances = activation.tolerances(system.scales(q, v));
+    let tolerances = activation.tolerances(system.scales(q, v), solver_tolerance);
     for (what, value) in [("gap", tolerances.0), ("velocity", tolerances.1)] {
         if !(value > T::zero() && all_finite([&value])) {
             return Err(SetupError::ActivationTolerance { what, value: to_f64(value) });

@@ -3,14 +3,14 @@
 use nalgebra::SVector;
 
 use super::record::Next;
-use super::{ActivationRule, ContactStep, Settings, Step, StepError, ThetaScheme};
+use super::{ActivationRule, ContactStep, Part, Settings, Step, StepError, ThetaScheme};
 use crate::contact::{Candidate, ContactId};
 use crate::energy::{Balance, Energies};
 use crate::laws::ContactLaw;
 use crate::linalg::{axpy, dot};
 use crate::scalar::{Scalar, all_finite, lit, to_f64};
 use crate::solver::{ConeSolver, Solution};
-use crate::system::MechanicalSystem;
+use crate::system::{MechanicalSystem, Prescribed};
 
 impl<T, const D: usize, S, L, V> ThetaScheme<T, D, S, L, V>
 where
@@ -24,43 +24,34 @@ where
     /// # Errors
     /// [`StepError`] with the time and the numbers; the state is then that of before the step.
     pub fn step(&mut self) -> Result<&Step<T, D>, StepError> {
+        self.step_with(|_| ())
+    }
+
+    /// [`step`](Self::step) that tells when each part of it is done, for measurements.
+    ///
+    /// # Errors
+    /// As [`step`](Self::step).
+    pub fn step_with(&mut self, mut done: impl FnMut(Part)) -> Result<&Step<T, D>, StepError> {
         // M̂ (v_free − v_k) = h (F_{k+θ} − C v_k − K (q_k + hθ v_k))
         self.set_free_velocity()?;
+        done(Part::FreeVelocity);
         // α is active iff g^α(q_k + h v_k) ≤ 0 and u^α_{N,k} ≤ 0                                 (55)
         self.find_active_contacts()?;
+        done(Part::ActiveSet);
         // w = W p + b,  W = H M̂⁻¹ Hᵀ,  b = H v_free + δ,  δ = ((1−γ) u_k + s)/γ
         self.set_cone_problem()?;
+        done(Part::ConeProblem);
         // K* ∋ Φ(w) ⟂ p ∈ K                                                                      (81)
         let solution = self.solve_cone_problem()?;
+        done(Part::ConeSolution);
         // v_{k+1} = v_free + M̂⁻¹ Hᵀ p,  q_{k+1} = q_k + h v_{k+θ}
         self.set_next_state()?;
+        done(Part::NextState);
         // E_{k+1} − E_k = W_ext + W_damp + (½−θ)(…) + Σ u_{k+θ}·p                                (56)
         let (energies, balance) = self.balance()?;
         self.accept(solution, energies, balance);
+        done(Part::Ledger);
         Ok(&self.last)
-    }
-
-    fn set_free_velocity(&mut self) -> Result<(), StepError> {
-        let Self { system, settings: Settings { theta, step: h, .. }, state, next, factor, .. } = self;
-        let Next { v_free, force, scratch, elastic_force, .. } = next;
-        system.forces().averaged(state.time, *h, *theta, force, scratch);
-        if !all_finite(&*force) {
-            return Err(self.state_error("F", &self.next.force));
-        }
-        v_free.copy_from_slice(force);
-        if let Some(damping) = system.damping() {
-            damping.multiply(&state.v, scratch);
-            axpy(v_free, -T::one(), scratch);
-        }
-        if let Some(stiffness) = system.stiffness() {
-            stiffness.multiply(&state.v, scratch);
-            axpy(v_free, -(*h * *theta), scratch);
-            axpy(v_free, -T::one(), &elastic_force[0]);
-        }
-        v_free.iter_mut().for_each(|x| *x *= *h);
-        factor.solve_in_place(v_free);
-        axpy(v_free, T::one(), &state.v);
-        Ok(())
     }
 
     fn find_active_contacts(&mut self) -> Result<(), StepError> {
@@ -120,7 +111,14 @@ where
 
     fn set_cone_problem(&mut self) -> Result<(), StepError> {
         let (w, b, friction) = self.problem.parts_mut();
-        self.assembler.assemble(&self.jacobian, &mut self.factor, w);
+        match &mut self.kept {
+            Some(kept) => {
+                if let Err(contact) = kept.select(&self.next.contacts, w) {
+                    return Err(self.contact_error(contact, "place among the constant candidates"));
+                }
+            }
+            None => self.assembler.assemble(&self.jacobian, &mut self.factor, w),
+        }
         b.clear();
         friction.clear();
         self.warm_start.clear();
@@ -165,43 +163,8 @@ where
         }
     }
 
-    fn set_next_state(&mut self) -> Result<(), StepError> {
-        let Settings { theta, step: h, .. } = self.settings;
-        let Next { q, v, v_theta, v_free, scratch, contacts, .. } = &mut self.next;
-        v.copy_from_slice(v_free);
-        if !contacts.is_empty() {
-            scratch.fill(T::zero());
-            for (row, p) in self.percussions.iter().enumerate() {
-                self.jacobian.add_transpose(row, p, scratch);
-            }
-            self.factor.solve_in_place(scratch);
-            axpy(v, T::one(), scratch);
-        }
-        let other = T::one() - theta;
-        for (i, v_theta) in v_theta.iter_mut().enumerate() {
-            *v_theta = other * self.state.v[i] + theta * v[i];
-            q[i] = self.state.q[i] + h * *v_theta;
-        }
-        for (i, contact) in contacts.iter_mut().enumerate() {
-            contact.percussion = self.percussions[i];
-            contact.after = self.jacobian.velocity(i, v);
-            let average = contact.before * other + contact.after * theta;
-            contact.normal_work = average[0] * contact.percussion[0];
-            contact.tangential_work = average.dot(&contact.percussion) - contact.normal_work;
-            if D == 1 {
-                contact.tangential_work = T::zero();
-            }
-        }
-        for (what, x) in [("v", &self.next.v), ("q", &self.next.q)] {
-            if !all_finite(x) {
-                return Err(self.state_error(what, x));
-            }
-        }
-        Ok(())
-    }
-
     fn balance(&mut self) -> Result<(Energies<T>, Balance<T>), StepError> {
-        let Self { system, settings: Settings { theta, step: h, .. }, state, next, .. } = self;
+        let Self { system, settings: Settings { step: h, .. }, state, next, .. } = self;
         let (half, h) = (lit::<T>(0.5), *h);
         let mut balance = Balance::default();
         // Increments by the polarised forms ½(y−x)·A(y+x), which do not cancel.
@@ -228,6 +191,10 @@ where
             damping.multiply(&next.v_theta, &mut next.scratch);
             balance.damping_work = -h * dot(&next.v_theta, &next.scratch);
         }
+        if system.prescribed().is_some_and(Prescribed::moves) {
+            balance.prescribed_work = self.prescribed_work();
+        }
+        let Self { system, settings: Settings { theta, .. }, next, .. } = self;
         balance.numerical_dissipation = (half - *theta) * square;
         for contact in &next.contacts {
             balance.normal_contact_work += contact.normal_work;
@@ -244,6 +211,30 @@ where
             return Err(StepError::Energy { step, time, kinetic: to_f64(energies.kinetic) });
         }
         Ok((energies, balance))
+    }
+
+    /// Σ v_{k+θ}·R over the prescribed degrees of freedom, R the impulses that move them: what M (v_{k+1} − v_k) +
+    /// hK q_{k+θ} + hC v_{k+θ} − hF_{k+θ} − Hᵀp leaves there. The damping force stands in `scratch`.
+    fn prescribed_work(&mut self) -> T {
+        let Self { system, settings: Settings { theta, step: h, .. }, next, jacobian, free, .. } = self;
+        let (theta, h) = (*theta, *h);
+        let Next { v_theta, force, scratch, momentum, elastic_force, reaction, .. } = next;
+        for (place, i) in (*free..v_theta.len()).enumerate() {
+            let mut impulse = momentum[1][i] - momentum[0][i] - h * force[i];
+            if system.stiffness().is_some() {
+                impulse += h * ((T::one() - theta) * elastic_force[0][i] + theta * elastic_force[1][i]);
+            }
+            if system.damping().is_some() {
+                impulse += h * scratch[i];
+            }
+            reaction[place] = impulse;
+        }
+        for (row, p) in self.percussions.iter().enumerate() {
+            for (dof, entry) in jacobian.row(row).filter(|&(dof, _)| dof >= *free) {
+                reaction[dof - *free] -= entry.dot(p);
+            }
+        }
+        dot(&v_theta[*free..], reaction)
     }
 
     fn accept(&mut self, solution: Option<Solution<T>>, energies: Energies<T>, balance: Balance<T>) {
@@ -268,7 +259,7 @@ where
     }
 
     #[cold]
-    fn state_error(&self, what: &'static str, x: &[T]) -> StepError {
+    pub(super) fn state_error(&self, what: &'static str, x: &[T]) -> StepError {
         let component = x.iter().position(|x| !all_finite([x])).unwrap_or_default();
         let (step, time) = self.place();
         StepError::State { step, time, what, component, value: to_f64(x[component]) }

@@ -3,8 +3,10 @@
 use nalgebra::SVector;
 
 use super::delassus::Assembler;
+use super::kept::{Kept, constant_rows};
 use super::record::Next;
-use super::setup::{check_laws, check_settings, check_sizes, iteration_matrix, tolerances};
+use super::setup::{check_laws, check_settings, check_sizes, coupling, iteration_matrix, tolerances};
+use super::velocity::Form;
 use super::{Settings, SetupError, State, Step};
 use crate::cone::ConeProblem;
 use crate::contact::Candidate;
@@ -25,8 +27,14 @@ pub struct ThetaScheme<T: Scalar, const D: usize, S, L, V> {
     pub(super) solver: V,
     pub(super) settings: Settings<T>,
     pub(super) tolerances: (T, T),
-    /// Factors of M̂ = M + hθC + h²θ²K.
+    /// Factors of M̂ = M + hθC + h²θ²K over the free degrees of freedom, the first `free` ones, and its entries
+    /// (i, j, M̂_ij) between a free and a prescribed one that moves.
     pub(super) factor: Factor<T>,
+    pub(super) free: usize,
+    pub(super) coupling: Vec<(usize, usize, T)>,
+    pub(super) form: Form,
+    /// W of all candidates, where H is constant.
+    pub(super) kept: Option<Kept<T, D>>,
     pub(super) assembler: Assembler<T, D>,
     pub(super) start_time: T,
     pub(super) state: State<T>,
@@ -65,11 +73,22 @@ where
         check_laws(&laws, system.interfaces(), &settings)?;
         check_sizes(&system, &q, &v)?;
         Factor::new(system.mass()).map_err(SetupError::Mass)?;
-        let factor =
-            Factor::new(&iteration_matrix(&system, &settings)).map_err(SetupError::IterationMatrix)?;
+        let (mut q, mut v, mut system) = (q, v, system);
+        let free = system.prescribed().map_or(system.dofs(), |prescribed| prescribed.first());
+        if let Some(prescribed) = system.prescribed() {
+            prescribed.set(start_time, settings.step, settings.theta, &mut q, &mut v);
+        }
+        let matrix = iteration_matrix(&system, &settings);
+        let coupling = coupling(&system, &matrix, free);
+        let matrix = if free < system.dofs() { matrix.leading(free) } else { matrix };
+        let rows = if system.constant_jacobian() { constant_rows(&mut system, &q)? } else { None };
+        let last = rows.as_ref().map(|rows| rows.dofs(free)).unwrap_or_default();
+        let mut factor = Factor::with_last(&matrix, &last).map_err(SetupError::IterationMatrix)?;
+        let kept = rows.map(|rows| rows.delassus(&mut factor, free));
+        let form = Form::of(settings.theta, system.stiffness().is_some(), &factor, kept.is_some());
 
         let n = system.dofs();
-        let mut next = Next::new(n);
+        let mut next = Next::new(n, n - free);
         system.mass().multiply(&v, &mut next.momentum[0]);
         if let Some(stiffness) = system.stiffness() {
             stiffness.multiply(&q, &mut next.elastic_force[0]);
@@ -83,7 +102,7 @@ where
             let (kinetic, elastic) = (to_f64(energies.kinetic), to_f64(energies.elastic));
             return Err(SetupError::Energy { kinetic, elastic });
         }
-        let tolerances = tolerances(&settings.activation, &system, &q, &v)?;
+        let tolerances = tolerances(&settings.activation, solver.stopping().tolerance, &system, &q, &v)?;
         Ok(Self {
             system,
             laws,
@@ -91,7 +110,11 @@ where
             settings,
             tolerances,
             factor,
-            assembler: Assembler::new(n),
+            free,
+            coupling,
+            form,
+            kept,
+            assembler: Assembler::new(n, free),
             start_time,
             state: State { index: 0, time: start_time, q, v },
             last: Step { contacts: Vec::new(), energies, balance: Balance::default(), solution: None },

@@ -2,15 +2,25 @@
 //!
 //! A system says what moves and what may touch. It knows no law, no scheme and no solver.
 
+mod elastic;
 mod forces;
 mod lagrangian;
+mod prescribed;
 mod rigid_bodies;
+mod signal;
 
 use std::fmt::Debug;
+use std::sync::Arc;
 
+pub use elastic::{
+    Axis, ElasticBody, ElasticBodyBuilder, ElasticError, Geometry, Hypothesis, MassForm, Material,
+    PreloadError, Support,
+};
 pub use forces::Forces;
 pub use lagrangian::{Lagrangian, SmoothGap};
+pub use prescribed::Prescribed;
 pub use rigid_bodies::{Body, BodyId, ContactorId, GroupId, RigidBodies, RigidBodiesBuilder};
+pub use signal::Signal;
 
 use crate::contact::{Candidate, ContactId};
 use crate::linalg::{BlockRows, OperatorError, Symmetric};
@@ -40,6 +50,17 @@ pub trait MechanicalSystem<T: Scalar, const D: usize>: Debug + Send {
     /// External forces F(t).
     fn forces(&self) -> &Forces<T>;
 
+    /// Degrees of freedom that move as told, the last ones; an absent list costs nothing.
+    fn prescribed(&self) -> Option<&Prescribed<T>> {
+        None
+    }
+
+    /// Whether H^α(q) is the same for all q: the scheme then keeps the Delassus operator of all candidates, those
+    /// of an infinite reach, and takes its active rows.
+    fn constant_jacobian(&self) -> bool {
+        false
+    }
+
     /// Number of interfaces; the scheme wants one law for each.
     fn interfaces(&self) -> usize;
 
@@ -53,6 +74,16 @@ pub trait MechanicalSystem<T: Scalar, const D: usize>: Debug + Send {
 
     /// Size and speed that make the tolerances of the active set scale-free.
     fn scales(&self, q: &[T], v: &[T]) -> Scales<T>;
+
+    /// Mesh and numbering of an elastic body, for outputs.
+    fn geometry(&self) -> Option<&Arc<Geometry<T>>> {
+        None
+    }
+
+    /// Node of the mesh that a contact belongs to, for outputs.
+    fn contact_node(&self, _contact: ContactId) -> Option<usize> {
+        None
+    }
 
     /// Name of a contact in outputs.
     fn contact_label(&self, contact: ContactId) -> String {
@@ -86,6 +117,12 @@ impl<T: Scalar, const D: usize, S: MechanicalSystem<T, D> + ?Sized> MechanicalSy
     fn forces(&self) -> &Forces<T> {
         (**self).forces()
     }
+    fn prescribed(&self) -> Option<&Prescribed<T>> {
+        (**self).prescribed()
+    }
+    fn constant_jacobian(&self) -> bool {
+        (**self).constant_jacobian()
+    }
     fn interfaces(&self) -> usize {
         (**self).interfaces()
     }
@@ -97,6 +134,12 @@ impl<T: Scalar, const D: usize, S: MechanicalSystem<T, D> + ?Sized> MechanicalSy
     }
     fn scales(&self, q: &[T], v: &[T]) -> Scales<T> {
         (**self).scales(q, v)
+    }
+    fn geometry(&self) -> Option<&Arc<Geometry<T>>> {
+        (**self).geometry()
+    }
+    fn contact_node(&self, contact: ContactId) -> Option<usize> {
+        (**self).contact_node(contact)
     }
     fn contact_label(&self, contact: ContactId) -> String {
         (**self).contact_label(contact)

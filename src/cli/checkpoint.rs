@@ -1,0 +1,117 @@
+//! Checkpoints of `nonsmooth run`: what a killed program goes on from.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use nonsmooth::file::AtomicFile;
+use nonsmooth::observe::{CsvMark, ObserveError, RunSeries, RunSummary, SeriesMark, SummaryMark};
+use nonsmooth::scene::Scene;
+use nonsmooth::scheme::Snapshot;
+use serde::{Deserialize, Serialize};
+
+/// Layout of the file; another one is refused.
+const LAYOUT: u32 = 1;
+
+/// The place of a run: everything the rest of it depends on.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Checkpoint {
+    layout: u32,
+    /// Of the scene with its overrides and its mesh, and of the program.
+    fingerprint: u64,
+    /// Steps between checkpoints.
+    pub(super) every: u64,
+    pub(super) finished: Vec<(RunSummary, RunSeries)>,
+    pub(super) tables: CsvMark,
+    /// The run under way; `None` between two.
+    pub(super) current: Option<Current>,
+}
+
+/// The run under way.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Current {
+    pub(super) scheme: Snapshot,
+    pub(super) summary: SummaryMark,
+    pub(super) series: SeriesMark,
+    pub(super) frames: Vec<f64>,
+}
+
+/// Why a run cannot be resumed.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum ResumeError {
+    #[error("nothing to resume in {}: {message}", path.display())]
+    Read { path: PathBuf, message: String },
+    #[error("{} was written by another version of this program", path.display())]
+    Layout { path: PathBuf },
+    #[error(
+        "{} belongs to another scene, mesh or set of options: resume with those the run was started with",
+        path.display()
+    )]
+    Scene { path: PathBuf },
+}
+
+/// The folder of drafts and checkpoint below that of the results.
+pub(super) fn folder(results: &Path) -> PathBuf {
+    results.join("checkpoint")
+}
+
+impl Checkpoint {
+    pub(super) fn new(scene: &Scene, every: usize) -> std::io::Result<Self> {
+        Ok(Self {
+            layout: LAYOUT,
+            fingerprint: fingerprint(scene)?,
+            every: every as u64,
+            finished: Vec::new(),
+            tables: CsvMark::default(),
+            current: None,
+        })
+    }
+
+    fn path(results: &Path) -> PathBuf {
+        folder(results).join("state")
+    }
+
+    /// Writes the checkpoint in place of the last, whole or not at all.
+    pub(super) fn write(&self, results: &Path) -> Result<(), ObserveError> {
+        let path = Self::path(results);
+        let write = || -> std::io::Result<()> {
+            let bytes = postcard::to_stdvec(self).map_err(std::io::Error::other)?;
+            let mut file = AtomicFile::create(&path)?;
+            file.write_all(&bytes)?;
+            file.commit()
+        };
+        write().map_err(|error| ObserveError::new(&path, error))
+    }
+
+    /// Reads the checkpoint of a run of `scene`.
+    pub(super) fn read(results: &Path, scene: &Scene) -> Result<Self, ResumeError> {
+        let path = Self::path(results);
+        let unreadable = |message: String| ResumeError::Read { path: path.clone(), message };
+        let bytes = std::fs::read(&path).map_err(|error| unreadable(error.to_string()))?;
+        let (layout, _) =
+            postcard::take_from_bytes::<u32>(&bytes).map_err(|error| unreadable(error.to_string()))?;
+        if layout != LAYOUT {
+            return Err(ResumeError::Layout { path });
+        }
+        let checkpoint: Self = postcard::from_bytes(&bytes).map_err(|error| unreadable(error.to_string()))?;
+        if checkpoint.fingerprint != fingerprint(scene).map_err(|error| unreadable(error.to_string()))? {
+            return Err(ResumeError::Scene { path });
+        }
+        Ok(checkpoint)
+    }
+}
+
+/// A number that differs where the scene, its mesh file or the version of the program does (FNV-1a).
+fn fingerprint(scene: &Scene) -> std::io::Result<u64> {
+    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+    let mut take = |bytes: &[u8]| {
+        bytes.iter().for_each(|&b| hash = (hash ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
+    };
+    take(env!("CARGO_PKG_VERSION").as_bytes());
+    // Another working folder names the same scene by another path.
+    let bare = Scene { folder: PathBuf::new(), ..scene.clone() };
+    take(format!("{bare:?}").as_bytes());
+    if let Some(file) = scene.solid.as_ref().and_then(|solid| solid.mesh.file.as_ref()) {
+        take(&std::fs::read(scene.folder.join(file))?);
+    }
+    Ok(hash)
+}

@@ -1,0 +1,104 @@
+//! The state of a scheme as plain numbers, to go on from in another process.
+
+use nalgebra::SVector;
+
+use super::{ContactStep, ThetaScheme};
+use crate::contact::ContactId;
+use crate::laws::ContactLaw;
+use crate::scalar::{Scalar, all_finite, lit, to_f64};
+use crate::solver::ConeSolver;
+use crate::system::MechanicalSystem;
+
+/// All that the next steps depend on, beside what the scheme was set up with: the state, and the percussions that
+/// warm-start the cone solver. Exact for `f32` and `f64`.
+///
+/// Solvers keep buffers, no memory: what they return depends on the problem and the start alone.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "outputs", derive(serde::Serialize, serde::Deserialize))]
+pub struct Snapshot {
+    index: u64,
+    q: Vec<f64>,
+    v: Vec<f64>,
+    energies: [f64; 3],
+    contacts: Vec<(u64, Vec<f64>)>,
+}
+
+/// A snapshot that is not one of this scheme.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("the snapshot does not fit: {what}")]
+pub struct RestoreError {
+    /// What does not fit.
+    pub what: String,
+}
+
+impl Snapshot {
+    /// Steps made.
+    pub fn index(&self) -> usize {
+        self.index as usize
+    }
+}
+
+impl<T, const D: usize, S, L, V> ThetaScheme<T, D, S, L, V>
+where
+    T: Scalar,
+    S: MechanicalSystem<T, D>,
+    L: ContactLaw<T, D>,
+    V: ConeSolver<T, D>,
+{
+    /// The state reached, as plain numbers.
+    pub fn snapshot(&self) -> Snapshot {
+        let plain = |x: &[T]| x.iter().map(|&x| to_f64(x)).collect();
+        let energies = &self.last.energies;
+        let percussion = |contact: &ContactStep<T, D>| (contact.id.0, plain(contact.percussion.as_slice()));
+        Snapshot {
+            index: self.state.index as u64,
+            q: plain(&self.state.q),
+            v: plain(&self.state.v),
+            energies: [energies.kinetic, energies.elastic, energies.potential].map(to_f64),
+            contacts: self.last.contacts.iter().map(percussion).collect(),
+        }
+    }
+
+    /// Goes to the state of a snapshot of a scheme set up as this one was; the steps from there are the same, digit
+    /// by digit. Of the last step only the percussions and the energies are known.
+    ///
+    /// # Errors
+    /// [`RestoreError`] where sizes differ or a number is not finite; the scheme is then unchanged.
+    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), RestoreError> {
+        let n = self.system.dofs();
+        let refuse = |what: &str| Err(RestoreError { what: what.into() });
+        if snapshot.q.len() != n || snapshot.v.len() != n {
+            return refuse(&format!("{} degrees of freedom for {n}", snapshot.q.len()));
+        }
+        let percussions = snapshot.contacts.iter().map(|(_, p)| p);
+        if percussions.clone().any(|p| p.len() != D) {
+            return refuse("percussions of another dimension");
+        }
+        if !all_finite(snapshot.q.iter().chain(&snapshot.v).chain(percussions.flatten())) {
+            return refuse("a number is not finite");
+        }
+        self.state.index = snapshot.index();
+        self.state.time = self.start_time + self.settings.step * lit::<T>(self.state.index as f64);
+        self.state.q.iter_mut().zip(&snapshot.q).for_each(|(x, &y)| *x = lit(y));
+        self.state.v.iter_mut().zip(&snapshot.v).for_each(|(x, &y)| *x = lit(y));
+        self.system.mass().multiply(&self.state.v, &mut self.next.momentum[0]);
+        if let Some(stiffness) = self.system.stiffness() {
+            stiffness.multiply(&self.state.q, &mut self.next.elastic_force[0]);
+        }
+        let energies = &mut self.last.energies;
+        [energies.kinetic, energies.elastic, energies.potential] = snapshot.energies.map(lit);
+        let (zero, none) = (SVector::zeros(), T::zero());
+        self.last.contacts.clear();
+        self.last.contacts.extend(snapshot.contacts.iter().map(|(id, p)| ContactStep {
+            id: ContactId(*id),
+            interface: 0,
+            gap: none,
+            before: zero,
+            after: zero,
+            percussion: SVector::from_fn(|i, _| lit(p[i])),
+            normal_work: none,
+            tangential_work: none,
+        }));
+        Ok(())
+    }
+}

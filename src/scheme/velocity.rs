@@ -1,0 +1,158 @@
+//! The free velocity, and the velocity and configuration at the end of the step.
+//!
+//! Over the free degrees of freedom, with prescribed ones moving as told, a step solves one of two forms of (52):
+//!
+//! ```text
+//!   average     M̂ v_{k+θ} = M v_k + θh (F_{k+θ} − K q_k) + θ Hᵀp
+//!   increment   M̂ (v_{k+1} − v_k) = h (F_{k+θ} − C v_k − K (q_k + hθ v_k)) + Hᵀp
+//! ```
+//!
+//! The average needs M v_k and K q_k alone, which the ledger has computed: no product is made twice. It divides by θ,
+//! so that small θ take the increment, and so do systems without stiffness.
+
+use nalgebra::SVector;
+
+use super::record::Next;
+use super::{Settings, StepError, ThetaScheme};
+use crate::laws::ContactLaw;
+use crate::linalg::{Factor, axpy};
+use crate::scalar::{Scalar, all_finite, lit};
+use crate::solver::ConeSolver;
+use crate::system::MechanicalSystem;
+
+/// Which form of the step is solved, and how.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Form {
+    Increment,
+    Average,
+    /// The average, in two stages: contacts see the free velocity before the solve goes back through all unknowns,
+    /// and their percussions join it there. One pair of triangular solves in all.
+    Staged,
+}
+
+/// From this θ on the average is solved.
+const AVERAGE_THETA: f64 = 0.25;
+
+impl Form {
+    pub(super) fn of<T: Scalar>(theta: T, has_stiffness: bool, factor: &Factor<T>, keeps: bool) -> Self {
+        match factor {
+            _ if !has_stiffness || theta < lit(AVERAGE_THETA) => Self::Increment,
+            Factor::Sparse(_) if keeps => Self::Staged,
+            _ => Self::Average,
+        }
+    }
+}
+
+impl<T, const D: usize, S, L, V> ThetaScheme<T, D, S, L, V>
+where
+    T: Scalar,
+    S: MechanicalSystem<T, D>,
+    L: ContactLaw<T, D>,
+    V: ConeSolver<T, D>,
+{
+    pub(super) fn set_free_velocity(&mut self) -> Result<(), StepError> {
+        let Self { system, settings, state, next, factor, free, coupling, form, .. } = self;
+        let (Settings { theta, step: h, .. }, free) = (*settings, *free);
+        let Next { q, v, v_theta, v_free, force, scratch, momentum, elastic_force, .. } = next;
+        system.forces().averaged(state.time, h, theta, force, scratch);
+        if let Some(prescribed) = system.prescribed() {
+            let end = state.time + h;
+            prescribed.set(end, h, theta, q, v);
+        }
+        let other = T::one() - theta;
+        for i in free..v.len() {
+            v_theta[i] = other * state.v[i] + theta * v[i];
+            v_free[i] = v[i];
+        }
+        if *form == Form::Increment {
+            v_free[..free].copy_from_slice(&force[..free]);
+            if let Some(damping) = system.damping() {
+                damping.multiply(&state.v, scratch);
+                axpy(&mut v_free[..free], -T::one(), scratch);
+            }
+            if let Some(stiffness) = system.stiffness() {
+                if theta > T::zero() {
+                    stiffness.multiply(&state.v, scratch);
+                    axpy(&mut v_free[..free], -(h * theta), scratch);
+                }
+                axpy(&mut v_free[..free], -T::one(), &elastic_force[0]);
+            }
+            v_free[..free].iter_mut().for_each(|x| *x *= h);
+            coupling.iter().for_each(|&(i, j, m)| v_free[i] -= m * (v[j] - state.v[j]));
+            factor.solve_in_place(&mut v_free[..free]);
+            axpy(&mut v_free[..free], T::one(), &state.v);
+        } else {
+            let weight = theta * h;
+            for i in 0..free {
+                v_free[i] = momentum[0][i] + weight * (force[i] - elastic_force[0][i]);
+            }
+            coupling.iter().for_each(|&(i, j, m)| v_free[i] -= m * v_theta[j]);
+            match factor {
+                Factor::Sparse(factor) if *form == Form::Staged => {
+                    // Contacts move the last unknowns alone: nothing else is read from v_free.
+                    factor.load(&v_free[..free]);
+                    factor.last_unknowns(&mut v_free[..free]);
+                }
+                factor => factor.solve_in_place(&mut v_free[..free]),
+            }
+            let inverse = T::one() / theta;
+            for (average, &v) in v_free[..free].iter_mut().zip(&state.v) {
+                *average = v + (*average - v) * inverse;
+            }
+        }
+        // Looked at after the solve, which a force that is not finite does not harm.
+        if all_finite(&*force) { Ok(()) } else { Err(self.state_error("F", &self.next.force)) }
+    }
+
+    pub(super) fn set_next_state(&mut self) -> Result<(), StepError> {
+        let Self { settings, state, next, factor, free, form, jacobian, percussions, .. } = self;
+        let (Settings { theta, step: h, .. }, free) = (*settings, *free);
+        let Next { q, v, v_theta, v_free, scratch, contacts, .. } = next;
+        match factor {
+            Factor::Sparse(factor) if *form == Form::Staged => {
+                for (row, p) in percussions.iter().enumerate() {
+                    for (dof, entry) in jacobian.row(row).filter(|&(dof, _)| dof < free) {
+                        factor.add(dof, theta * entry.dot(p));
+                    }
+                }
+                factor.finish(&mut v[..free]);
+                let inverse = T::one() / theta;
+                for (average, &v) in v[..free].iter_mut().zip(&state.v) {
+                    *average = v + (*average - v) * inverse;
+                }
+            }
+            factor => {
+                v[..free].copy_from_slice(&v_free[..free]);
+                if !contacts.is_empty() {
+                    scratch.fill(T::zero());
+                    for (row, p) in percussions.iter().enumerate() {
+                        jacobian.add_transpose(row, p, scratch);
+                    }
+                    factor.solve_in_place(&mut scratch[..free]);
+                    axpy(&mut v[..free], T::one(), scratch);
+                }
+            }
+        }
+        let other = T::one() - theta;
+        for i in 0..free {
+            v_theta[i] = other * state.v[i] + theta * v[i];
+            q[i] = state.q[i] + h * v_theta[i];
+        }
+        for (i, contact) in contacts.iter_mut().enumerate() {
+            contact.percussion = percussions[i];
+            contact.after = jacobian.velocity(i, v);
+            let average: SVector<T, D> = contact.before * other + contact.after * theta;
+            contact.normal_work = average[0] * contact.percussion[0];
+            contact.tangential_work = average.dot(&contact.percussion) - contact.normal_work;
+            if D == 1 {
+                contact.tangential_work = T::zero();
+            }
+        }
+        for (what, x) in [("v", &self.next.v), ("q", &self.next.q)] {
+            if !all_finite(x) {
+                return Err(self.state_error(what, x));
+            }
+        }
+        Ok(())
+    }
+}
