@@ -135,6 +135,17 @@ fn sparse_stiffness_and_damping_allocate_nothing() {
     assert_no_allocation("an elastic bar", &mut bar::<f32, 2>(60), 400, 400);
     assert_no_allocation("an elastic bar", &mut bar::<f32, 1>(60), 400, 400);
 }
+
+#[test]
+fn the_sliding_block_allocates_nothing() {
+    use nonsmooth::mesh::Pattern;
+    use nonsmooth::system::Hypothesis;
+    for law in ["newton", "fremond"] {
+        for solver in ["nsgs", "hybrid"] {
+            let mesh = elastic::built_in_mesh(2.5, Pattern::Structured);
+            let rule = ActivationRule::MoreauJean;
+            let mut block = elastic::block_scheme(mesh, Hypothesis::PlaneStress, law, solver, rule);
+            assert_no_allocation(&format!("sliding block, {law}, {solver}"), &mut block, 2000, 2000);
         }
     }
 }
@@ -203,18 +214,6 @@ fn warm_solves_of_gauss_seidel_and_newton_allocate_nothing() {
                 warm_solves_allocate::<3>(name, m),
             ];
             assert_eq!(counts, [0; 3], "{name}, {m} contacts, D = 1, 2, 3");
-}
-
-#[test]
-fn the_sliding_block_allocates_nothing() {
-    use nonsmooth::mesh::Pattern;
-    use nonsmooth::system::Hypothesis;
-    for law in ["newton", "fremond"] {
-        for solver in ["nsgs", "hybrid"] {
-            let mesh = elastic::built_in_mesh(2.5, Pattern::Structured);
-            let rule = ActivationRule::MoreauJean;
-            let mut block = elastic::block_scheme(mesh, Hypothesis::PlaneStress, law, solver, rule);
-            assert_no_allocation(&format!("sliding block, {law}, {solver}"), &mut block, 2000, 2000);
         }
     }
 }
