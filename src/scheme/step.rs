@@ -2,6 +2,7 @@
 
 use nalgebra::SVector;
 
+use super::nonlinear::Start;
 use super::record::Next;
 use super::{ActivationRule, ContactStep, Settings, Step, StepError, ThetaScheme};
 use crate::contact::{Candidate, ContactId};
@@ -24,43 +25,27 @@ where
     /// # Errors
     /// [`StepError`] with the time and the numbers; the state is then that of before the step.
     pub fn step(&mut self) -> Result<&Step<T, D>, StepError> {
-        // M̂ (v_free − v_k) = h (F_{k+θ} − C v_k − K (q_k + hθ v_k))
-        self.set_free_velocity()?;
         // α is active iff g^α(q_k + h v_k) ≤ 0 and u^α_{N,k} ≤ 0                                 (55)
         self.find_active_contacts()?;
-        // w = W p + b,  W = H M̂⁻¹ Hᵀ,  b = H v_free + δ,  δ = ((1−γ) u_k + s)/γ
-        self.set_cone_problem()?;
-        // K* ∋ Φ(w) ⟂ p ∈ K                                                                      (81)
-        let solution = self.solve_cone_problem()?;
-        // v_{k+1} = v_free + M̂⁻¹ Hᵀ p,  q_{k+1} = q_k + h v_{k+θ}
-        self.set_next_state()?;
+        self.start_passes()?;
+        let solution = loop {
+            // M̂ (v_free − v_k) = h (F_{k+θ} − C v_k − K (q_k + hθ v_k))
+            self.set_free_velocity()?;
+            // w = W p + b,  W = H M̂⁻¹ Hᵀ,  b = H v_free + δ,  δ = ((1−γ) u_k + s)/γ
+            self.set_cone_problem()?;
+            // K* ∋ Φ(w) ⟂ p ∈ K                                                                  (81)
+            let solution = self.solve_cone_problem()?;
+            // v_{k+1} = v_free + M̂⁻¹ Hᵀ p,  q_{k+1} = q_k + h v_{k+θ}
+            self.set_next_state()?;
+            // Joints and nonlinear terms depend on q_{k+1}; without them the first pass is the last.
+            if self.is_last_pass()? {
+                break solution;
+            }
+        };
         // E_{k+1} − E_k = W_ext + W_damp + (½−θ)(…) + Σ u_{k+θ}·p                                (56)
         let (energies, balance) = self.balance()?;
         self.accept(solution, energies, balance);
         Ok(&self.last)
-    }
-
-    fn set_free_velocity(&mut self) -> Result<(), StepError> {
-        let Self { system, settings: Settings { theta, step: h, .. }, state, next, factor, .. } = self;
-        let Next { v_free, force, scratch, elastic_force, .. } = next;
-        system.forces().averaged(state.time, *h, *theta, force, scratch);
-        if !all_finite(&*force) {
-            return Err(self.state_error("F", &self.next.force));
-        }
-        v_free.copy_from_slice(force);
-        if let Some(damping) = system.damping() {
-            damping.multiply(&state.v, scratch);
-            axpy(v_free, -T::one(), scratch);
-        }
-        if let Some(stiffness) = system.stiffness() {
-            stiffness.multiply(&state.v, scratch);
-            axpy(v_free, -(*h * *theta), scratch);
-            axpy(v_free, -T::one(), &elastic_force[0]);
-        }
-        v_free.iter_mut().for_each(|x| *x *= *h);
-        factor.solve_in_place(v_free);
-        axpy(v_free, T::one(), &state.v);
-        Ok(())
     }
 
     fn find_active_contacts(&mut self) -> Result<(), StepError> {
@@ -120,7 +105,18 @@ where
 
     fn set_cone_problem(&mut self) -> Result<(), StepError> {
         let (w, b, friction) = self.problem.parts_mut();
-        self.assembler.assemble(&self.jacobian, &mut self.factor, w);
+        let Self { jacobian, factor, joints, .. } = self;
+        if joints.is_empty() {
+            self.assembler.assemble(jacobian, factor, w);
+        } else if jacobian.rows() > 0 {
+            let apply = |x: &mut [T]| {
+                factor.solve_in_place(x);
+                joints.constrain(factor, x);
+            };
+            self.assembler.assemble_with(jacobian, apply, w);
+        } else {
+            w.clear();
+        }
         b.clear();
         friction.clear();
         self.warm_start.clear();
@@ -142,6 +138,10 @@ where
             b.push(self.jacobian.velocity(i, &self.next.v_free) + evaluation.b_shift(&contact.before));
             friction.push(law.friction());
             // Both lists are ordered by identity: the percussion of the last step is found by walking along.
+            if self.passes > 0 {
+                self.warm_start.push(self.percussions[i]);
+                continue;
+            }
             while known.next_if(|old| old.id < contact.id).is_some() {}
             let old = known.next_if(|old| old.id == contact.id);
             self.warm_start.push(old.map_or_else(SVector::zeros, |old| old.percussion));
@@ -167,14 +167,18 @@ where
 
     fn set_next_state(&mut self) -> Result<(), StepError> {
         let Settings { theta, step: h, .. } = self.settings;
-        let Next { q, v, v_theta, v_free, scratch, contacts, .. } = &mut self.next;
+        let Next { q, v, v_theta, v_free, scratch, impulse, contacts, .. } = &mut self.next;
         v.copy_from_slice(v_free);
+        impulse.fill(T::zero());
         if !contacts.is_empty() {
-            scratch.fill(T::zero());
             for (row, p) in self.percussions.iter().enumerate() {
-                self.jacobian.add_transpose(row, p, scratch);
+                self.jacobian.add_transpose(row, p, impulse);
             }
+            scratch.copy_from_slice(impulse);
             self.factor.solve_in_place(scratch);
+            if !self.joints.is_empty() {
+                self.joints.constrain(&mut self.factor, scratch);
+            }
             axpy(v, T::one(), scratch);
         }
         let other = T::one() - theta;
@@ -201,8 +205,9 @@ where
     }
 
     fn balance(&mut self) -> Result<(Energies<T>, Balance<T>), StepError> {
-        let Self { system, settings: Settings { theta, step: h, .. }, state, next, .. } = self;
-        let (half, h) = (lit::<T>(0.5), *h);
+        let Self { system, settings, state, next, .. } = self;
+        let Settings { theta, step: h, .. } = *settings;
+        let half = lit::<T>(0.5);
         let mut balance = Balance::default();
         // Increments by the polarised forms ½(y−x)·A(y+x), which do not cancel.
         let increments = |from: &[T], to: &[T], [a_from, a_to]: &[Vec<T>; 2]| {
@@ -214,9 +219,15 @@ where
             }
             (half * change, square)
         };
-        system.mass().multiply(&next.v, &mut next.momentum[1]);
-        let (kinetic, mut square) = increments(&state.v, &next.v, &next.momentum);
-        balance.kinetic_change = kinetic;
+        let mut square;
+        if let Some(nonlinear) = &self.nonlinear {
+            let start = Start::of(state, settings, &next.force);
+            (balance.kinetic_change, balance.elastic_change, balance.damping_work, square) =
+                nonlinear.changes(start, &next.v);
+        } else {
+            system.mass().multiply(&next.v, &mut next.momentum[1]);
+            (balance.kinetic_change, square) = increments(&state.v, &next.v, &next.momentum);
+        }
         if let Some(stiffness) = system.stiffness() {
             stiffness.multiply(&next.q, &mut next.elastic_force[1]);
             let (elastic, stretch) = increments(&state.q, &next.q, &next.elastic_force);
@@ -228,17 +239,17 @@ where
             damping.multiply(&next.v_theta, &mut next.scratch);
             balance.damping_work = -h * dot(&next.v_theta, &next.scratch);
         }
-        balance.numerical_dissipation = (half - *theta) * square;
+        balance.numerical_dissipation = (half - theta) * square;
         for contact in &next.contacts {
             balance.normal_contact_work += contact.normal_work;
             balance.tangential_contact_work += contact.tangential_work;
         }
         balance.close();
-        let energies = Energies {
-            kinetic: half * dot(&next.v, &next.momentum[1]),
-            elastic: half * dot(&next.q, &next.elastic_force[1]),
-            potential: system.forces().potential(&next.q),
-        };
+        let (kinetic, elastic) = self.nonlinear.as_ref().map_or_else(
+            || (half * dot(&next.v, &next.momentum[1]), half * dot(&next.q, &next.elastic_force[1])),
+            |nonlinear| nonlinear.next_energies(&next.v),
+        );
+        let energies = Energies { kinetic, elastic, potential: system.forces().potential(&next.q) };
         if !all_finite(&[energies.total(), balance.imbalance]) {
             let (step, time) = self.place();
             return Err(StepError::Energy { step, time, kinetic: to_f64(energies.kinetic) });
@@ -248,6 +259,9 @@ where
 
     fn accept(&mut self, solution: Option<Solution<T>>, energies: Energies<T>, balance: Balance<T>) {
         let Self { state, next, last, .. } = self;
+        if let Some(nonlinear) = &mut self.nonlinear {
+            nonlinear.accept();
+        }
         std::mem::swap(&mut state.q, &mut next.q);
         std::mem::swap(&mut state.v, &mut next.v);
         next.momentum.swap(0, 1);
@@ -263,12 +277,12 @@ where
     }
 
     /// Number of the step being made, and the time at its end.
-    fn place(&self) -> (usize, f64) {
+    pub(super) fn place(&self) -> (usize, f64) {
         (self.state.index + 1, to_f64(self.state.time + self.settings.step))
     }
 
     #[cold]
-    fn state_error(&self, what: &'static str, x: &[T]) -> StepError {
+    pub(super) fn state_error(&self, what: &'static str, x: &[T]) -> StepError {
         let component = x.iter().position(|x| !all_finite([x])).unwrap_or_default();
         let (step, time) = self.place();
         StepError::State { step, time, what, component, value: to_f64(x[component]) }

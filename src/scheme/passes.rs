@@ -1,0 +1,119 @@
+//! The free velocity, and the passes of a step whose terms depend on its end: joints and nonlinear systems.
+
+use super::nonlinear::Start;
+use super::record::{Next, State};
+use super::{Settings, StepError, ThetaScheme};
+use crate::laws::ContactLaw;
+use crate::linalg::{axpy, max_abs};
+use crate::scalar::{Scalar, all_finite, epsilon, lit, to_f64};
+use crate::solver::ConeSolver;
+use crate::system::MechanicalSystem;
+
+/// Most passes of a step. Each gains a factor of the order of h‖ω‖, so that a sound step takes three to five.
+const MOST_PASSES: usize = 50;
+
+/// Rounding of the terms that joints and equations of motion are made of, in ε of the largest: they are sums of a few
+/// products.
+const ROUNDING: f64 = 64.0;
+
+impl<'a, T: Scalar> Start<'a, T> {
+    pub(super) fn of(state: &'a State<T>, settings: &Settings<T>, force: &'a [T]) -> Self {
+        let Settings { theta, step, .. } = *settings;
+        Self { time: state.time, step, theta, q: &state.q, v: &state.v, force }
+    }
+}
+
+impl<T, const D: usize, S, L, V> ThetaScheme<T, D, S, L, V>
+where
+    T: Scalar,
+    S: MechanicalSystem<T, D>,
+    L: ContactLaw<T, D>,
+    V: ConeSolver<T, D>,
+{
+    /// F_{k+θ}, v_{k+θ} ← v_k as a first guess, and the iteration matrix of a nonlinear system.
+    pub(super) fn start_passes(&mut self) -> Result<(), StepError> {
+        let Self { system, settings, state, next, .. } = self;
+        let Next { v, v_theta, force, scratch, .. } = next;
+        system.forces().averaged(state.time, settings.step, settings.theta, force, scratch);
+        if !all_finite(&*force) {
+            return Err(self.state_error("F", &self.next.force));
+        }
+        self.passes = 0;
+        v.copy_from_slice(&state.v);
+        v_theta.copy_from_slice(&state.v);
+        if let (Some(nonlinear), Some(dynamics)) = (&mut self.nonlinear, system.nonlinear()) {
+            let start = Start::of(state, settings, force);
+            let speed = nalgebra::RealField::max(self.scales.speed, max_abs(&state.v));
+            if !nonlinear.linearise(dynamics, start, speed, &mut self.factor) {
+                let (step, time) = self.place();
+                return Err(StepError::Mass { step, time });
+            }
+        }
+        Ok(())
+    }
+
+    /// v_free of this pass, on the joints.
+    pub(super) fn set_free_velocity(&mut self) -> Result<(), StepError> {
+        let Self { system, settings, state, next, factor, joints, .. } = self;
+        let Settings { theta, step: h, .. } = *settings;
+        let Next { v, v_theta, v_free, force, scratch, elastic_force, .. } = next;
+        if let (Some(nonlinear), Some(dynamics)) = (&mut self.nonlinear, system.nonlinear()) {
+            let start = Start::of(state, settings, force);
+            nonlinear.free_velocity(dynamics, start, v, factor, v_free);
+        } else {
+            v_free.copy_from_slice(force);
+            if let Some(damping) = system.damping() {
+                damping.multiply(&state.v, scratch);
+                axpy(v_free, -T::one(), scratch);
+            }
+            if let Some(stiffness) = system.stiffness() {
+                stiffness.multiply(&state.v, scratch);
+                axpy(v_free, -(h * theta), scratch);
+                axpy(v_free, -T::one(), &elastic_force[0]);
+            }
+            v_free.iter_mut().for_each(|x| *x *= h);
+            factor.solve_in_place(v_free);
+            axpy(v_free, T::one(), &state.v);
+        }
+        if joints.is_empty() {
+            return Ok(());
+        }
+        let set = joints.set(system, &state.q, (h, v_theta), factor);
+        let bias = -(T::one() - theta) / theta;
+        if let Err(row) = set.and_then(|()| joints.project(factor, v_free, bias, &state.v)) {
+            let (step, time) = self.place();
+            return Err(StepError::Joints { step, time, joint: self.system.joint_label(row) });
+        }
+        Ok(())
+    }
+
+    /// Whether the pass leaves nothing to iterate for.
+    pub(super) fn is_last_pass(&mut self) -> Result<bool, StepError> {
+        let Self { system, settings, state, next, joints, .. } = self;
+        let mut worst = None::<(&'static str, T, T)>;
+        let rounding = lit::<T>(ROUNDING) * epsilon::<T>();
+        if !joints.is_empty() {
+            let (opening, _) = joints.opening(system, &state.q, &next.q);
+            let tolerance = rounding * nalgebra::RealField::max(self.scales.length, max_abs(&next.q));
+            // Written so that a NaN goes on.
+            if !(opening <= tolerance) {
+                worst = Some(("the opening of a joint", opening, tolerance));
+            }
+        }
+        if let (Some(nonlinear), Some(dynamics)) = (&mut self.nonlinear, system.nonlinear()) {
+            let start = Start::of(state, settings, &next.force);
+            let left_over = nonlinear.left_over(dynamics, start, &next.v, &next.impulse);
+            if !(left_over <= rounding) {
+                worst = Some(("the residual of the equations of motion", left_over, rounding));
+            }
+        }
+        let Some((what, left_over, tolerance)) = worst else { return Ok(true) };
+        self.passes += 1;
+        if self.passes < MOST_PASSES {
+            return Ok(false);
+        }
+        let ((step, time), passes) = (self.place(), self.passes);
+        let (left_over, tolerance) = (to_f64(left_over), to_f64(tolerance));
+        Err(StepError::Iteration { step, time, what, left_over, tolerance, passes })
+    }
+}
