@@ -53,12 +53,8 @@ fn stiff(choice: &Choice<'_>) -> Result<Outcome, String> {
     for row in 0..N {
         for column in 0..N {
             let node = |r: usize, c: usize| r * (N + 1) + c;
-            let corners = [
-                node(row, column),
-                node(row, column + 1),
-                node(row + 1, column + 1),
-                node(row + 1, column),
-            ];
+            let corners =
+                [node(row, column), node(row, column + 1), node(row + 1, column + 1), node(row + 1, column)];
             for (i, &a) in corners.iter().enumerate() {
                 mass[2 * a] += 0.25;
                 mass[2 * a + 1] += 0.25;

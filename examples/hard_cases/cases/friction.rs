@@ -121,8 +121,7 @@ fn incline<T: Scalar>(choice: &Choice<'_>) -> Result<Outcome, String> {
         builder.gravity([lit(0.0), lit(-G)]).expect("finite");
         let q = [-0.25 * a.sin(), 0.25 * a.cos(), a].map(lit::<T>).to_vec();
         let system = builder.build().expect("a body");
-        let mut scheme =
-            scheme::<T, 2, _>(choice, system, (0.0, mu), h, tolerance, q, vec![lit(0.0); 3])?;
+        let mut scheme = scheme::<T, 2, _>(choice, system, (0.0, mu), h, tolerance, q, vec![lit(0.0); 3])?;
         let mut largest = 0.0_f64;
         drive(&mut scheme, 1000, &mut outcome, |scheme| {
             largest = largest.max(fastest(&scheme.state().v));

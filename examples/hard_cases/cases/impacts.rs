@@ -37,7 +37,13 @@ pub(crate) const CASES: &[Case] = &[
 fn zeno<T: Scalar>(choice: &Choice<'_>) -> Result<Outcome, String> {
     let (g, e) = (10.0, 0.5);
     let single = T::NAME == "f32";
-    let h: f64 = if single { 1e-3 } else if choice.full { 1e-5 } else { 1e-4 };
+    let h: f64 = if single {
+        1e-3
+    } else if choice.full {
+        1e-5
+    } else {
+        1e-4
+    };
     let mut builder = RigidBodies::<T>::builder();
     let (ball, floor) = (builder.group(), builder.group());
     let body = builder.body("ball", Body { mass: lit(1.0), inertia: lit(1.0) }).expect("positive");
@@ -134,7 +140,8 @@ fn painleve<T: Scalar>(choice: &Choice<'_>) -> Result<Outcome, String> {
                 });
                 if let Err(error) = run {
                     failures += 1;
-                    first.get_or_insert(format!("α = {alpha:.3}, μ = {ratio} μ_crit, u_T = {speed}: {error}"));
+                    first
+                        .get_or_insert(format!("α = {alpha:.3}, μ = {ratio} μ_crit, u_T = {speed}: {error}"));
                 }
             }
         }

@@ -1,10 +1,11 @@
 //! Masonry: the semicircular arch, the rocking block.
 
-use nonsmooth::scalar::{Scalar, lit};
-use nonsmooth::scheme::{Activation, ActivationRule, Settings, ThetaScheme};
+use nonsmooth::scalar::{Scalar, lit, to_f64};
 use nonsmooth::system::{RigidBodies, polygon_body};
 
-use super::support::{Case, Choice, Law, Outcome, Scheme, drive, fastest, law, scheme, solver, theta};
+use super::support::{
+    Case, Choice, Law, Outcome, Scheme, drive, fastest, law, scheme, scheme_of, solver, theta,
+};
 
 pub(crate) const CASES: &[Case] = &[
     Case {
@@ -62,13 +63,8 @@ pub(crate) fn arch<T: Scalar>(
     let laws: Vec<Law<T, 2>> = (0..2).map(|_| law(choice, 0.0, 5.0)).collect();
     // Faces a micrometre apart still touch: were the tolerance of rounding, a stone whose joint opened by 1e-11 m would
     // fall freely for a step, and the thrust with it.
-    let activation = Activation {
-        gap_tolerance: Some(lit(1e-6)),
-        ..Activation::new(ActivationRule::PredictedGap)
-    };
-    let settings = Settings { activation, ..Settings::new(theta(&*laws[0]), lit(h)) };
-    ThetaScheme::new(system, laws, solver(choice, tolerance), settings, lit(0.0), q, v)
-        .map_err(|error| error.to_string())
+    let theta = to_f64(theta(&*laws[0]));
+    scheme_of(system, laws, solver(choice, tolerance), (theta, h), Some(1e-6), (q, v))
 }
 
 /// Voussoirs of the case: odd, so that the crown is a stone's middle, and enough that hinges find their place.

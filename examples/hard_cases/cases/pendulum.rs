@@ -72,10 +72,9 @@ const G: f64 = 9.81;
 
 fn kane(choice: &Choice<'_>) -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
-    for (e, newton, fremond) in [
-        (0.5, 1.361895571782e-2, -1.014349887098e-2),
-        (0.7, 4.074390455345e-2, -8.427108432142e-3),
-    ] {
+    for (e, newton, fremond) in
+        [(0.5, 1.361895571782e-2, -1.014349887098e-2), (0.7, 4.074390455345e-2, -8.427108432142e-3)]
+    {
         let mut first = start(choice, e, 1e-9)?;
         drive(&mut first, 1, &mut outcome, |_| ())?;
         let balance = &first.last_step().balance;
@@ -122,7 +121,11 @@ fn run(choice: &Choice<'_>, e: f64, outcome: &mut Outcome) -> Result<(), String>
     if choice.law == "newton" {
         outcome.at_least(format!("largest work of an impact, e = {e} (J)"), gain, 1e-2);
     } else {
-        outcome.small(format!("largest contact work of a step, e = {e} (J)"), worst.max(0.0), 1e-13 * initial);
+        outcome.small(
+            format!("largest contact work of a step, e = {e} (J)"),
+            worst.max(0.0),
+            1e-13 * initial,
+        );
     }
     outcome.note(format!("e = {e}: contact work of the first five impacts {first_five:+.6e} J"));
     outcome.note(format!("e = {e}: {impacts} impacts, energy {initial:.6} → {end:.6} J, passes ≤ {passes}"));

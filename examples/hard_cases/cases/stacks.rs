@@ -3,17 +3,28 @@
 use nonsmooth::scalar::{Scalar, lit, to_f64};
 use nonsmooth::system::{Body, MechanicalSystem, RigidBodies};
 
-use super::support::{Case, Choice, Outcome, Scheme, drive, fastest, numbers, scheme};
+use super::support::{
+    Case, Choice, Law, Outcome, Scheme, drive, fastest, law, numbers, scheme, scheme_of, solver, theta,
+};
 
 pub(crate) const CASES: &[Case] = &[
     Case {
-        name: "top-heavy stack, 1 : 10⁶ and 1 : 10⁸",
+        name: "top-heavy stack, 1 : 10⁶",
         number: "each contact force = weight above to 1e-8; creep ≤ 1e-12; penetration ≤ 1e-10",
-        about: "five unit squares, masses in geometric progression upwards, two contact points per face; D = 2, \
-                μ = ½, e = 0, h = 1e-3 s, `predicted-gap`. The percussion under the heaviest block, rounded, already moves the lightest \
-                by ε·ratio·g h: the solver's tolerance is 128 times that, and creep is counted in m per step.",
+        about: "two unit squares, the light one below, and five in geometric progression upwards; two contact points per \
+                face; D = 2, μ = ½, e = 0, h = 1e-3 s, `predicted-gap` with a gap tolerance of 1 µm. The percussion \
+                under the heavy block, rounded, already moves the light one by ε·ratio·g h, and rounding of W r + b by \
+                some times that: the solver's tolerance is 64 times that, and creep is counted in m per step.",
         peer: "closed form",
-        runs: &[("f64", top_heavy)],
+        runs: &[("f64", |choice| top_heavy(choice, 1e6))],
+    },
+    Case {
+        name: "top-heavy stack, 1 : 10⁸",
+        number: "each contact force = weight above to 1e-8; creep ≤ 1e-12; penetration ≤ 1e-10",
+        about: "as above. Double precision ends here: the residual of W r + b cannot be evaluated below some 1e-7 of b, \
+                nor be asked for, and the forces are as good as that residual.",
+        peer: "closed form",
+        runs: &[("f64", |choice| top_heavy(choice, 1e8))],
     },
     Case {
         name: "hyperstatic block, 2, 20, 200 points",
@@ -60,47 +71,48 @@ pub(crate) fn stack<T: Scalar>(
     builder.interface(block, floor).expect("two groups");
     builder.gravity([lit(0.0), lit(-G)]).expect("finite");
     let v = vec![lit(0.0); 3 * blocks];
-    scheme::<T, 2, _>(choice, builder.build().expect("bodies"), (0.0, 0.5), h, tolerance, q, v)
+    let system = builder.build().expect("bodies");
+    let laws: Vec<Law<T, 2>> = (0..2).map(|_| law(choice, 0.0, 0.5)).collect();
+    let theta = to_f64(theta(&*laws[0]));
+    // As for the arch: a face that opened by rounding is not to be without force for a step.
+    scheme_of(system, laws, solver(choice, tolerance), (theta, h), Some(1e-6), (q, v))
 }
 
-fn top_heavy(choice: &Choice<'_>) -> Result<Outcome, String> {
-    const BLOCKS: usize = 5;
+fn top_heavy(choice: &Choice<'_>, ratio: f64) -> Result<Outcome, String> {
     let h = 1e-3;
     let mut outcome = Outcome::default();
-    for ratio in [1e6_f64, 1e8] {
-        // A percussion of `ratio` g h, rounded, moves the lightest block by ε `ratio` g h: no solver can do better.
-        let mut scheme = stack::<f64>(choice, BLOCKS, ratio, h, 128.0 * f64::EPSILON * ratio)?;
+    for blocks in [2, 5] {
+        let mut scheme = stack::<f64>(choice, blocks, ratio, h, 64.0 * f64::EPSILON * ratio)?;
+        let mass = |i: usize| ratio.powf(i as f64 / (blocks - 1) as f64);
         let (mut creep, mut force_error) = (0.0_f64, 0.0_f64);
         let steps = if choice.full { 2000 } else { 100 };
         drive(&mut scheme, steps, &mut outcome, |scheme| {
             creep = creep.max(fastest(&scheme.state().v));
-            let mut carried = [0.0; BLOCKS];
+            let mut carried = vec![0.0; blocks];
             for contact in &scheme.last_step().contacts {
-                // A face is found by the height of its contacts: below block i at height i.
-                let label = scheme.system_label(contact.id);
-                carried[label] += contact.percussion[0] / h;
+                carried[scheme.face(contact.id)] += contact.percussion[0] / h;
             }
             for (i, carried) in carried.iter().enumerate() {
-                let mass = |j: usize| ratio.powf(j as f64 / (BLOCKS - 1) as f64);
-                let above: f64 = (i..BLOCKS).map(|j| mass(j) * G).sum();
+                let above: f64 = (i..blocks).map(|j| mass(j) * G).sum();
                 force_error = force_error.max((carried / above - 1.0).abs());
             }
-        })?;
+        })
+        .map_err(|error| format!("{blocks} blocks: {error}"))?;
         let deepest = scheme.candidates(1.0).iter().map(|c| c.gap).fold(0.0, f64::min);
-        outcome.small(format!("force error, 1 : {ratio:e}"), force_error, 1e-8);
-        outcome.small(format!("creep per step, 1 : {ratio:e} (m)"), creep * h, 1e-12);
-        outcome.small(format!("penetration, 1 : {ratio:e} (m)"), deepest, 1e-10);
+        outcome.small(format!("force error, {blocks} blocks"), force_error, 1e-8);
+        outcome.small(format!("creep per step, {blocks} blocks (m)"), creep * h, 1e-12);
+        outcome.small(format!("penetration, {blocks} blocks (m)"), deepest, 1e-10);
     }
     Ok(outcome)
 }
 
 /// Which face of the stack a contact belongs to, from the labels of its sides.
 trait Face {
-    fn system_label(&self, id: nonsmooth::contact::ContactId) -> usize;
+    fn face(&self, id: nonsmooth::contact::ContactId) -> usize;
 }
 
 impl Face for Scheme<f64, 2> {
-    fn system_label(&self, id: nonsmooth::contact::ContactId) -> usize {
+    fn face(&self, id: nonsmooth::contact::ContactId) -> usize {
         let label = MechanicalSystem::<f64, 2>::contact_label(self.system(), id);
         let number = |side: &str| {
             let name = side.split('/').next().unwrap_or_default();

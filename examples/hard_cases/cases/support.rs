@@ -92,8 +92,7 @@ pub(crate) struct Case {
 
 pub(crate) type Law<T, const D: usize> = Box<dyn ContactLaw<T, D>>;
 pub(crate) type Solver<T, const D: usize> = Box<dyn ConeSolver<T, D>>;
-pub(crate) type Scheme<T, const D: usize, S = RigidBodies<T>> =
-    ThetaScheme<T, D, S, Law<T, D>, Solver<T, D>>;
+pub(crate) type Scheme<T, const D: usize, S = RigidBodies<T>> = ThetaScheme<T, D, S, Law<T, D>, Solver<T, D>>;
 
 /// The law of the choice.
 pub(crate) fn law<T: Scalar, const D: usize>(choice: &Choice<'_>, e: f64, mu: f64) -> Law<T, D> {
@@ -108,7 +107,7 @@ pub(crate) fn theta<T: Scalar, const D: usize>(law: &dyn ContactLaw<T, D>) -> T 
 /// Wall time a single solve may take (s): beyond it a solver is of no use in a step.
 const SOLVE_SECONDS: f64 = 5.0;
 
-/// Wall time a run may take (s).
+/// Wall time the steps of a run may take (s).
 const RUN_SECONDS: f64 = 60.0;
 
 /// The solver of the choice with a tolerance (the scalar's default where that is coarser).
@@ -131,18 +130,20 @@ pub(crate) fn scheme<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
 ) -> Result<Scheme<T, D, S>, String> {
     let laws: Vec<Law<T, D>> = (0..system.interfaces()).map(|_| law(choice, e, mu)).collect();
     let theta = laws.first().map_or_else(|| lit(0.5), |law| theta::<T, D>(&**law));
-    scheme_of(system, laws, solver(choice, tolerance), (to_f64(theta), h), (q, v))
+    scheme_of(system, laws, solver(choice, tolerance), (to_f64(theta), h), None, (q, v))
 }
 
-/// A scheme with `predicted-gap` activation.
+/// A scheme with `predicted-gap` activation and a gap tolerance (m), by default that of rounding.
 pub(crate) fn scheme_of<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
     system: S,
     laws: Vec<Law<T, D>>,
     solver: Solver<T, D>,
     (theta, h): (f64, f64),
+    gap_tolerance: Option<f64>,
     (q, v): (Vec<T>, Vec<T>),
 ) -> Result<Scheme<T, D, S>, String> {
-    let activation = Activation::new(ActivationRule::PredictedGap);
+    let activation =
+        Activation { gap_tolerance: gap_tolerance.map(lit), ..Activation::new(ActivationRule::PredictedGap) };
     let settings = Settings { activation, ..Settings::new(lit(theta), lit(h)) };
     ThetaScheme::new(system, laws, solver, settings, lit(0.0), q, v).map_err(|error| error.to_string())
 }
@@ -166,7 +167,7 @@ pub(crate) fn drive<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
         }
         outcome.steps += 1;
         after(scheme);
-        if done % 64 == 0 && start.elapsed().as_secs_f64() > RUN_SECONDS {
+        if done % 64 == 0 && outcome.seconds + start.elapsed().as_secs_f64() > RUN_SECONDS {
             return Err(format!("stopped after {} of {steps} steps: {RUN_SECONDS} s are over", done + 1));
         }
     }
