@@ -12,9 +12,15 @@ use crate::system::MechanicalSystem;
 /// Most passes of a step. Each gains a factor of the order of h‖ω‖, so that a sound step takes three to five.
 const MOST_PASSES: usize = 50;
 
-/// Rounding of the terms that joints and equations of motion are made of, in ε of the largest: they are sums of a few
-/// products.
+/// Rounding of the positions that joints compare, in ε of the largest: they are sums of a few products.
 const ROUNDING: f64 = 64.0;
+
+/// What is to be left of the equations of motion, in ε of their largest term.
+const EQUATIONS: f64 = 8.0;
+
+/// What rounding may leave of the equations of motion where M̂ is badly conditioned, in ε: once a pass gains nothing more,
+/// this is enough. The balance (56) shows it.
+const STAGNATION: f64 = 4096.0;
 
 impl<'a, T: Scalar> Start<'a, T> {
     pub(super) fn of(state: &'a State<T>, settings: &Settings<T>, force: &'a [T]) -> Self {
@@ -103,8 +109,11 @@ where
         if let (Some(nonlinear), Some(dynamics)) = (&mut self.nonlinear, system.nonlinear()) {
             let start = Start::of(state, settings, &next.force);
             let left_over = nonlinear.left_over(dynamics, start, &next.v, &next.impulse);
-            if !(left_over <= rounding) {
-                worst = Some(("the residual of the equations of motion", left_over, rounding));
+            let stagnates = self.passes > 3 && left_over >= self.left_over * lit::<T>(0.5);
+            let enough = lit::<T>(if stagnates { STAGNATION } else { EQUATIONS }) * epsilon::<T>();
+            self.left_over = left_over;
+            if !(left_over <= enough) {
+                worst = Some(("the residual of the equations of motion", left_over, enough));
             }
         }
         let Some((what, left_over, tolerance)) = worst else { return Ok(true) };

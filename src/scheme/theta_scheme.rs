@@ -36,6 +36,8 @@ pub struct ThetaScheme<T: Scalar, const D: usize, S, L, V> {
     pub(super) nonlinear: Option<Box<Nonlinear<T>>>,
     /// Passes made over the step being made, beyond the first.
     pub(super) passes: usize,
+    /// What the last pass left of the equations of motion.
+    pub(super) left_over: T,
     pub(super) start_time: T,
     pub(super) state: State<T>,
     pub(super) last: Step<T, D>,
@@ -108,6 +110,7 @@ where
             scales,
             nonlinear,
             passes: 0,
+            left_over: T::zero(),
             start_time,
             state: State { index: 0, time: start_time, q, v },
             last: Step { contacts: Vec::new(), energies, balance: Balance::default(), solution: None },

@@ -2,13 +2,14 @@
 
 mod belt;
 mod degenerate;
+mod double_pendulum;
 mod elastic;
 mod friction;
 mod impacts;
 mod long;
 pub(crate) mod masonry;
 mod oscillator;
-pub(crate) mod pendulum;
+mod pendulum;
 pub(crate) mod stacks;
 pub(crate) mod support;
 
