@@ -3,10 +3,12 @@
 //! ```text
 //! cargo run --release --example hard_cases                  # everything, writes HARD_CASES.md and the figures
 //! cargo run --release --example hard_cases -- arch hybrid   # what matches every word, printed only
+//! cargo run --release --example hard_cases -- figures       # the figures and the times of their runs only
 //! ```
 
 #[path = "cases/mod.rs"]
 mod cases;
+mod figures;
 mod table;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -19,12 +21,15 @@ use table::Row;
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let mut rows = Vec::new();
-    for (index, case) in cases::all().into_iter().enumerate() {
+    for (index, case) in cases::all().into_iter().enumerate().filter(|_| words != ["figures"]) {
         for &(scalar, run) in case.runs {
             for law in LAWS {
                 for solver in SOLVERS {
                     let line = format!("{} {scalar} {} {}", case.name, law.name, solver.name);
-                    if !words.iter().all(|word| line.split_whitespace().any(|part| part.starts_with(word.as_str()))) {
+                    if !words
+                        .iter()
+                        .all(|word| line.split_whitespace().any(|part| part.starts_with(word.as_str())))
+                    {
                         continue;
                     }
                     let choice = Choice { law: law.name, solver: solver.name, full: true };
@@ -40,9 +45,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             }
         }
     }
-    if words.is_empty() {
-        table::write("HARD_CASES.md".as_ref(), &rows)?;
-        println!("HARD_CASES.md");
+    if words.is_empty() || words == ["figures"] {
+        let warm = figures::save()?;
+        eprint!("{warm}");
+        if words.is_empty() {
+            table::write("HARD_CASES.md".as_ref(), &rows, &warm)?;
+            println!("HARD_CASES.md");
+        }
     }
     Ok(())
 }

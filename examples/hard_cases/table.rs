@@ -61,7 +61,7 @@ fn cell(text: &str) -> String {
 }
 
 /// Writes the table.
-pub(crate) fn write(path: &Path, rows: &[Row]) -> std::io::Result<()> {
+pub(crate) fn write(path: &Path, rows: &[Row], warm: &str) -> std::io::Result<()> {
     let mut out = String::from(
         "# Hard cases\n\nWritten by `cargo run --release --example hard_cases`; smaller sizes of the same cases run in \
          `cargo test --test hard_cases`.\nEvery case runs under every registered law and solver. A case *passes* if every \
@@ -97,8 +97,17 @@ pub(crate) fn write(path: &Path, rows: &[Row]) -> std::io::Result<()> {
             of.len()
         );
     }
+    let _ = writeln!(out, "\n## Warm-started, with the default solver\n\n{warm}");
+    out.push_str("![The arches, the stack and the chain](examples/figures/hard_cases.png)\n");
     for (index, case) in cases.iter().enumerate() {
-        let _ = writeln!(out, "\n## Case {}\n\n**{}**: {}.\n\n{}\n", index + 1, case.name, case.number, case.about);
+        let _ = writeln!(
+            out,
+            "\n## Case {}\n\n**{}**: {}.\n\n{}\n",
+            index + 1,
+            case.name,
+            case.number,
+            case.about
+        );
         if !case.peer.is_empty() {
             let _ = writeln!(out, "Beside it: {}.\n", case.peer);
         }
@@ -112,7 +121,13 @@ pub(crate) fn write(path: &Path, rows: &[Row]) -> std::io::Result<()> {
                 Ok(outcome) => {
                     let share = |check: &&cases::support::Check| {
                         let off = check.off();
-                        if check.bound > 0.0 { off / check.bound } else if off == 0.0 { 0.0 } else { f64::INFINITY }
+                        if check.bound > 0.0 {
+                            off / check.bound
+                        } else if off == 0.0 {
+                            0.0
+                        } else {
+                            f64::INFINITY
+                        }
                     };
                     let worst = outcome.checks.iter().max_by(|a, b| share(a).total_cmp(&share(b)));
                     let worst = worst.map_or_else(String::new, |check| {
@@ -127,7 +142,8 @@ pub(crate) fn write(path: &Path, rows: &[Row]) -> std::io::Result<()> {
                         }
                         text
                     });
-                    let notes: String = outcome.notes.iter().fold(String::new(), |all, note| all + "; " + note);
+                    let notes: String =
+                        outcome.notes.iter().fold(String::new(), |all, note| all + "; " + note);
                     let per = |total: f64, count: usize| if count == 0 { 0.0 } else { total / count as f64 };
                     (
                         worst + &notes,

@@ -1,5 +1,11 @@
 //! The Moreau–Jean θ-scheme, for any contact law: active-set rules, cone problem, step.
 //!
+//! # Islands
+//!
+//! Contacts that no chain of blocks of W couples are solved apart, one cone problem for each island of bodies in touch;
+//! an island whose percussions of the last step still solve it costs no iteration. The solution reported is measured on
+//! the whole problem.
+//!
 //! # Joints
 //!
 //! A joint is a contact whose half-line became the whole line. With rows Ḡ and percussions λ ∈ ℝ of the joints, the
@@ -36,6 +42,7 @@
 mod activation;
 mod delassus;
 mod error;
+mod islands;
 mod joints;
 mod nonlinear;
 mod passes;

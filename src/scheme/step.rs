@@ -156,13 +156,16 @@ where
         if contacts == 0 {
             return Ok(None);
         }
-        match self.solver.solve(&self.problem, &self.warm_start, &mut self.percussions) {
-            Ok(solution) => Ok(Some(solution)),
-            Err(source) => {
-                let (step, time) = self.place();
-                Err(StepError::Solve { step, time, contacts, source })
-            }
-        }
+        let Self { problem, islands, warm_start, percussions, solver, .. } = self;
+        let solved = if islands.split(problem.delassus()) > 1 {
+            islands.solve(problem, warm_start, percussions, solver)
+        } else {
+            solver.solve(problem, warm_start, percussions).map_err(|source| (contacts, source))
+        };
+        solved.map(Some).map_err(|(contacts, source)| {
+            let (step, time) = self.place();
+            StepError::Solve { step, time, contacts, source }
+        })
     }
 
     fn set_next_state(&mut self) -> Result<(), StepError> {

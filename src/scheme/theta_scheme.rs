@@ -3,6 +3,7 @@
 use nalgebra::SVector;
 
 use super::delassus::Assembler;
+use super::islands::Islands;
 use super::joints::Joints;
 use super::nonlinear::Nonlinear;
 use super::record::Next;
@@ -30,6 +31,7 @@ pub struct ThetaScheme<T: Scalar, const D: usize, S, L, V> {
     /// Factors of M̂ = M + hθC + h²θ²K.
     pub(super) factor: Factor<T>,
     pub(super) assembler: Assembler<T, D>,
+    pub(super) islands: Islands<T, D>,
     pub(super) joints: Joints<T>,
     /// Length (m) that scales the tolerance of the joints, and speed (m/s) of the differences of a nonlinear system.
     pub(super) scales: Scales<T>,
@@ -106,6 +108,7 @@ where
             tolerances,
             factor,
             assembler: Assembler::new(n),
+            islands: Islands::default(),
             joints,
             scales,
             nonlinear,

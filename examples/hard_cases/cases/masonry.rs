@@ -13,7 +13,7 @@ pub(crate) const CASES: &[Case] = &[
         number: "stands at t/R = 0.12, falls at t/R = 0.10 (limit 0.1075, Milankovitch), μ large",
         about: "27 voussoirs (polygons) of mean radius 1 m on a plane, μ = 5, e = 0, h = 1e-3 s, 2 s from rest, \
                 `predicted-gap` with a gap tolerance of 1 µm, solver tolerance 1e-8, warm-started.",
-        peer: "Milankovitch (1907): 0.1075; Heyman's 0.1059 for parallel line of action",
+        peer: "Milankovitch (1907) 0.1075; Couplet and Heyman 0.106",
         runs: &[("f64", arch_case)],
     },
     Case {

@@ -15,7 +15,7 @@ pub use builder::{Body, BodyId, ContactorId, GroupId, RigidBodiesBuilder, polygo
 use super::{Forces, MechanicalSystem, Scales};
 use crate::contact::{Candidate, ContactId};
 use crate::linalg::{BlockRows, Symmetric, max_abs};
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, lit};
 use identity::{Features, Pair};
 use joint::Joint;
 use shape::{Contactor, HalfPlane, Pose};
@@ -66,6 +66,28 @@ impl<T: Scalar> RigidBodies<T> {
     /// Starts a scene.
     pub fn builder() -> RigidBodiesBuilder<T> {
         RigidBodiesBuilder::default()
+    }
+
+    /// Closed outlines of the contactors in configuration q, as points (m) in the fixed frame, the first repeated at the
+    /// end: for figures. A disc has `sides` sides, a point is a single point.
+    pub fn outlines(&self, q: &[T], sides: usize) -> Vec<Vec<[T; 2]>> {
+        let outline = |contactor: &Contactor<T>| -> Vec<[T; 2]> {
+            let pose = Pose::of(contactor.body, q);
+            let mut points: Vec<[T; 2]> = match contactor.polygon() {
+                Some(polygon) => polygon.vertices.iter().map(|x| pose.place(x).into()).collect(),
+                None if contactor.radius == T::zero() => return vec![contactor.position(q).into()],
+                None => (0..sides)
+                    .map(|i| {
+                        let angle = lit::<T>(std::f64::consts::TAU * i as f64 / sides as f64);
+                        let (sin, cos) = nalgebra::ComplexField::sin_cos(angle);
+                        pose.place(&(contactor.centre + Vector2::new(cos, sin) * contactor.radius)).into()
+                    })
+                    .collect(),
+            };
+            points.extend(points.first().copied());
+            points
+        };
+        self.contactors.iter().map(outline).collect()
     }
 
     fn plane_candidates(&self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>) {
