@@ -2,6 +2,7 @@
 //! `cargo run --release --example hard_cases` has the full sizes and the other solvers.
 
 #[path = "../examples/hard_cases/cases/mod.rs"]
+#[allow(dead_code, unused_imports)]
 mod cases;
 
 use cases::Choice;

@@ -63,6 +63,11 @@ pub(crate) fn save() -> Result<String, Box<dyn std::error::Error>> {
     let mut chain = stacks::hanging::<f64>(&choice, links, 1e-3, 1e-11)?;
     measure("chain of 1,000 links", &mut chain, 1000, &mut table)?;
 
+    for resting in [0, 1000] {
+        let mut scene = stacks::disc_among_squares::<f64>(&choice, resting, 1e-3)?;
+        measure(&format!("a bouncing disc, {resting} squares at rest"), &mut scene, 2000, &mut table)?;
+    }
+
     let mut forces: Vec<f64> = chain.last_step().contacts.iter().map(|c| c.percussion[0] / 1e-3).collect();
     forces.sort_by(|a, b| b.total_cmp(a));
     let index = (0..links).map(|i| (i + 1) as f64).collect();

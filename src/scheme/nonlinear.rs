@@ -183,10 +183,10 @@ impl<T: Scalar> Nonlinear<T> {
         axpy(&mut self.residual, theta, &self.next_q);
         axpy(&mut self.residual, -theta, q);
         dynamics.other_forces(time + theta * h, &self.residual, &self.product, &mut self.other);
-        for i in 0..n {
+        for (i, &force) in force.iter().enumerate() {
             let d = &self.derivatives[i];
             let kinetic = form(&self.product, d, &self.mean) - quarter * (form(v, d, v) + form(v0, d, v0));
-            self.residual[i] = h * (self.gradient[i] + self.other[i] - force[i] - kinetic);
+            self.residual[i] = h * (self.gradient[i] + self.other[i] - force - kinetic);
         }
         let v_theta = &mut self.moved;
         // M̄ (v₁ − v₀) + (M₁ − M₀) v̄: small differences are not taken of large momenta.

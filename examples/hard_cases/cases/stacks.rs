@@ -106,6 +106,37 @@ fn top_heavy(choice: &Choice<'_>, ratio: f64) -> Result<Outcome, String> {
     Ok(outcome)
 }
 
+/// A disc that bounces and `squares` squares that stand beside each other on the floor, apart: an island each.
+pub(crate) fn disc_among_squares<T: Scalar>(
+    choice: &Choice<'_>,
+    squares: usize,
+    h: f64,
+) -> Result<Scheme<T, 2>, String> {
+    let mut builder = RigidBodies::<T>::builder();
+    let (ball, block, floor) = (builder.group(), builder.group(), builder.group());
+    let corners = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]].map(|x| x.map(lit::<T>));
+    let mut q = [-2.0, 1.0, 0.0].map(lit::<T>).to_vec();
+    let disc = builder.body("disc", Body { mass: lit(1.0), inertia: lit(0.02) }).expect("positive");
+    builder.disc("disc", disc, [lit(0.0); 2], lit(0.2), ball).expect("a disc");
+    for i in 0..squares {
+        let name = format!("square {i}");
+        let body = builder.body(&name, Body { mass: lit(1.0), inertia: lit(1.0 / 6.0) }).expect("positive");
+        builder.polygon(&name, body, &corners, block).expect("convex");
+        q.extend([1.5 * i as f64, 0.5, 0.0].map(lit::<T>));
+    }
+    builder.half_plane("floor", [lit(0.0); 2], [lit(0.0), lit(1.0)], floor).expect("a plane");
+    builder.interface(ball, floor).expect("two groups");
+    builder.interface(block, floor).expect("two groups");
+    builder.interface(block, block).expect("a group");
+    builder.interface(block, ball).expect("two groups");
+    builder.gravity([lit(0.0), lit(-G)]).expect("finite");
+    let v = vec![lit(0.0); q.len()];
+    let restitution = [1.0, 0.0, 0.0, 0.0];
+    let laws: Vec<Law<T, 2>> = restitution.into_iter().map(|e| law(choice, e, 0.5)).collect();
+    let system = builder.build().expect("bodies");
+    scheme_of(system, laws, solver(choice, 1e-10), (0.5, h), Some(1e-6), (q, v))
+}
+
 /// Which face of the stack a contact belongs to, from the labels of its sides.
 trait Face {
     fn face(&self, id: nonsmooth::contact::ContactId) -> usize;
