@@ -81,7 +81,10 @@ fn growth(name: &str, families: impl Iterator<Item = Family>, (limit, largest, s
         );
         previous = Some((contacts as f64, cold.seconds));
         if !cold.solved {
-            println!("{:<8} a row marked ! missed its tolerance in {limit} s; the larger ones are left out", "");
+            println!(
+                "{:<8} a row marked ! missed its tolerance in {limit} s; the larger ones are left out",
+                ""
+            );
             break;
         }
     }

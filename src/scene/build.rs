@@ -177,7 +177,7 @@ fn build_system<T: Scalar, const D: usize>(
     directory.check_interfaces(scene)?;
     let mut builder = RigidBodies::builder();
     let mut groups = Groups::default();
-    let disc_groups: Vec<Vec<usize>> = (directory.discs.iter())
+    let contactor_groups: Vec<Vec<usize>> = (directory.contactors.iter())
         .map(|body| body.iter().map(|names| groups.of(Directory::sides(scene, names))).collect())
         .collect();
     let plane_groups: Vec<usize> =
@@ -186,14 +186,35 @@ fn build_system<T: Scalar, const D: usize>(
     let ids: Vec<_> = sides.iter().map(|_| builder.group()).collect();
 
     let mut bodies: Vec<BodyId> = Vec::new();
-    for (body, groups) in scene.bodies.iter().zip(&disc_groups) {
+    for (body, groups) in scene.bodies.iter().zip(&contactor_groups) {
         let id = builder.body(&body.name, Body { mass: lit(body.mass), inertia: lit(body.inertia) })?;
         builder.force(id, body.force.map(lit), lit(body.torque))?;
         for (disc, &group) in body.discs.iter().zip(groups) {
             let label = format!("{}.{}", body.name, disc.name);
             builder.disc(&label, id, disc.centre.map(lit), lit(disc.radius), ids[group])?;
         }
+        for (polygon, &group) in body.polygons.iter().zip(&groups[body.discs.len()..]) {
+            let label = format!("{}.{}", body.name, polygon.name);
+            let vertices: Vec<[T; 2]> = polygon.vertices.iter().map(|x| x.map(lit)).collect();
+            builder.polygon(&label, id, &vertices, ids[group])?;
+        }
         bodies.push(id);
+    }
+    for joint in &scene.joints {
+        let named = |name: &String| {
+            let known = || scene.bodies.iter().map(|body| body.name.as_str());
+            known().position(|body| body == name).map(|i| bodies[i]).ok_or_else(|| SceneError::UnknownName {
+                place: format!("joint `{}`", joint.name),
+                name: name.clone(),
+                known: known().collect::<Vec<_>>().join(", "),
+            })
+        };
+        let (body, other) = (named(&joint.body)?, joint.to.as_ref().map(named).transpose()?);
+        let (at, on) = (joint.at.map(lit), joint.on.map(lit));
+        match joint.angle {
+            None => builder.pin(&joint.name, body, at, other, on)?,
+            Some(angle) => builder.weld(&joint.name, body, at, other, on, lit(angle))?,
+        }
     }
     builder.gravity(scene.gravity.map(lit))?;
     for (plane, &group) in scene.half_planes.iter().zip(&plane_groups) {

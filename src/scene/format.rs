@@ -41,6 +41,9 @@ pub struct Scene {
     /// Fixed half-planes.
     #[serde(default)]
     pub half_planes: Vec<HalfPlaneSpec>,
+    /// Joints between bodies, or to the ground.
+    #[serde(default)]
+    pub joints: Vec<JointSpec>,
     /// Which pairs touch, and the parameters of their law.
     #[serde(default)]
     pub interfaces: Vec<InterfaceSpec>,
@@ -169,6 +172,39 @@ pub struct BodySpec {
     /// Contact discs and points of the body.
     #[serde(default)]
     pub discs: Vec<DiscSpec>,
+    /// Convex polygons of the body.
+    #[serde(default)]
+    pub polygons: Vec<PolygonSpec>,
+}
+
+/// A convex polygon of a body.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PolygonSpec {
+    /// Name, unique in the body; interfaces call it `body.polygon`.
+    pub name: String,
+    /// Vertices in the frame of the body (m), counterclockwise, strictly convex.
+    pub vertices: Vec<[f64; 2]>,
+}
+
+/// A joint: a point of a body held on a point of another, or of the ground.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct JointSpec {
+    /// Name, for errors.
+    pub name: String,
+    /// The body.
+    pub body: String,
+    /// Its point, in its frame (m).
+    #[serde(default)]
+    pub at: [f64; 2],
+    /// The other body; the ground where absent.
+    pub to: Option<String>,
+    /// The other body's point in its frame, or the point of the ground (m).
+    #[serde(default)]
+    pub on: [f64; 2],
+    /// Angle of the body less that of the other (rad), held as well where it is given: a weld, not a pin.
+    pub angle: Option<f64>,
 }
 
 /// A contact disc, or point, of a body.
@@ -202,7 +238,7 @@ pub struct HalfPlaneSpec {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct InterfaceSpec {
-    /// Each side is a body, a disc `body.disc`, a half-plane or a group. The first interface that fits a pair
+    /// Each side is a body, a disc or polygon `body.name`, a half-plane or a group. The first interface that fits a pair
     /// governs it; pairs that fit none pass through each other.
     pub between: [String; 2],
     /// A law this interface keeps in every run, in place of the law of the run.

@@ -7,10 +7,10 @@ use super::{Scene, SceneError};
 /// The names a contactor or a half-plane answers to.
 type Names = BTreeSet<String>;
 
-/// What every disc and half-plane is called, and the groups of those that behave alike.
+/// What every contactor and half-plane is called, and the groups of those that behave alike.
 pub(super) struct Directory {
-    /// Names of disc j of body i.
-    pub(super) discs: Vec<Vec<Names>>,
+    /// Names of contactor j of body i, discs before polygons.
+    pub(super) contactors: Vec<Vec<Names>>,
     /// Names of each half-plane.
     pub(super) planes: Vec<Names>,
 }
@@ -22,18 +22,19 @@ impl Directory {
             if taken.insert(name.clone()) { Ok(()) } else { Err(SceneError::DuplicateName { name }) }
         };
         let mut groups = BTreeSet::new();
-        let mut discs = Vec::new();
+        let mut contactors = Vec::new();
         for body in &scene.bodies {
             take(body.name.clone())?;
             groups.extend(body.groups.iter().cloned());
             let mut of_body = Vec::new();
-            for disc in &body.discs {
-                let full = format!("{}.{}", body.name, disc.name);
+            let discs = body.discs.iter().map(|disc| &disc.name);
+            for name in discs.chain(body.polygons.iter().map(|polygon| &polygon.name)) {
+                let full = format!("{}.{name}", body.name);
                 take(full.clone())?;
                 let common = [body.name.clone(), full].into_iter();
                 of_body.push(common.chain(body.groups.iter().cloned()).collect());
             }
-            discs.push(of_body);
+            contactors.push(of_body);
         }
         let mut planes = Vec::new();
         for plane in &scene.half_planes {
@@ -43,11 +44,11 @@ impl Directory {
         for group in groups {
             take(group)?;
         }
-        Ok(Self { discs, planes })
+        Ok(Self { contactors, planes })
     }
 
     fn all(&self) -> impl Iterator<Item = &Names> {
-        self.discs.iter().flatten().chain(&self.planes)
+        self.contactors.iter().flatten().chain(&self.planes)
     }
 
     /// Checks that every side of every interface names something.

@@ -44,10 +44,19 @@ impl<T: Scalar, const D: usize> Assembler<T, D> {
         factor: &mut Factor<T>,
         w: &mut BlockMatrix<T, D>,
     ) {
-        w.clear();
         match factor {
-            Factor::Diagonal(inverse) => self.sparse(h, inverse, w),
-            factor => self.full(h, factor, w),
+            Factor::Diagonal(inverse) => {
+                w.clear();
+                self.sparse(h, inverse, w);
+            }
+            factor => {
+                let free = self.free;
+                let apply = |x: &mut [T]| {
+                    factor.solve_in_place(&mut x[..free]);
+                    x[free..].fill(T::zero());
+                };
+                self.assemble_with(h, apply, w);
+            }
         }
     }
 
@@ -90,8 +99,17 @@ impl<T: Scalar, const D: usize> Assembler<T, D> {
         }
     }
 
-    /// A coupled M̂ makes W full: one solve per scalar row of H, and the triangle is mirrored.
-    fn full(&mut self, h: &BlockRows<T, D>, factor: &mut Factor<T>, w: &mut BlockMatrix<T, D>) {
+    /// w ← H P Hᵀ for a symmetric operator `apply`: x ← P x.
+    ///
+    /// A coupled P makes W full: one product per scalar row of H, and the triangle is mirrored. Blocks that are zero
+    /// to the last digit, between parts that do not touch, are left out.
+    pub(super) fn assemble_with(
+        &mut self,
+        h: &BlockRows<T, D>,
+        mut apply: impl FnMut(&mut [T]),
+        w: &mut BlockMatrix<T, D>,
+    ) {
+        w.clear();
         let m = h.rows();
         self.full.clear();
         self.full.resize(m * m, SMatrix::zeros());
@@ -99,8 +117,7 @@ impl<T: Scalar, const D: usize> Assembler<T, D> {
             for d in 0..D {
                 self.column.fill(T::zero());
                 h.row(a).for_each(|(dof, entry)| self.column[dof] += entry[d]);
-                factor.solve_in_place(&mut self.column[..self.free]);
-                self.column[self.free..].fill(T::zero());
+                apply(&mut self.column);
                 for b in 0..=a {
                     self.full[b * m + a].set_column(d, &h.velocity(b, &self.column));
                 }
@@ -109,7 +126,10 @@ impl<T: Scalar, const D: usize> Assembler<T, D> {
         for i in 0..m {
             w.start_row();
             for j in 0..m {
-                w.push(j, if i <= j { self.full[i * m + j] } else { self.full[j * m + i].transpose() });
+                let block = if i <= j { self.full[i * m + j] } else { self.full[j * m + i].transpose() };
+                if i == j || block.iter().any(|&x| x != T::zero()) {
+                    w.push(j, block);
+                }
             }
         }
     }

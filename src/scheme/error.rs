@@ -99,6 +99,20 @@ pub enum SetupError {
         /// Elastic energy (J).
         elastic: f64,
     },
+    /// θ = 0 leaves v_{k+θ} = v_k no freedom to keep the joints closed.
+    #[error("joints need θ > 0")]
+    JointsTheta,
+    /// Joints between the coordinates of a nonlinear system.
+    #[error("a nonlinear system takes no joints: choose its coordinates so that they hold")]
+    JointsNonlinear,
+    /// A joint is open in the initial configuration.
+    #[error("joint {joint} is open by {by} at the start")]
+    JointOpen {
+        /// Label of the joint.
+        joint: String,
+        /// φ (m or rad).
+        by: f64,
+    },
     /// M is not positive definite.
     #[error("mass: {0}")]
     Mass(FactorError),
@@ -170,6 +184,45 @@ pub enum StepError {
         contacts: usize,
         /// What the solver says, with the best residual.
         source: SolveError,
+    },
+    /// The joints leave no velocity, or hold the same thing twice.
+    #[error(
+        "step {step}, t = {time} s: joint {joint} cannot be kept, the joints contradict or repeat each other"
+    )]
+    Joints {
+        /// Number of the step.
+        step: usize,
+        /// Time at its end.
+        time: f64,
+        /// Label of the joint.
+        joint: String,
+    },
+    /// The iteration for joints or nonlinear terms did not end.
+    #[error(
+        "step {step}, t = {time} s: {what} is {left_over:e} after {passes} passes, tolerance {tolerance:e}; a \
+         smaller step converges faster"
+    )]
+    Iteration {
+        /// Number of the step.
+        step: usize,
+        /// Time at its end.
+        time: f64,
+        /// What is left: the opening of a joint (m), or the relative residual of the equations of motion.
+        what: &'static str,
+        /// How much.
+        left_over: f64,
+        /// How much was allowed.
+        tolerance: f64,
+        /// Passes made.
+        passes: usize,
+    },
+    /// M̂ of a nonlinear system is not positive definite.
+    #[error("step {step}, t = {time} s: the mass matrix M(q) is not positive definite")]
+    Mass {
+        /// Number of the step.
+        step: usize,
+        /// Time at its end.
+        time: f64,
     },
     /// The energy overflowed.
     #[error(

@@ -1,10 +1,53 @@
 //! The Moreau–Jean θ-scheme, for any contact law: active-set rules, cone problem, step.
+//!
+//! # Islands
+//!
+//! Contacts that no chain of blocks of W couples are solved apart, one cone problem for each island of bodies in touch;
+//! an island whose percussions of the last step still solve it costs no iteration. The solution reported is measured on
+//! the whole problem.
+//!
+//! # Joints
+//!
+//! A joint is a contact whose half-line became the whole line. With rows Ḡ and percussions λ ∈ ℝ of the joints, the
+//! dual of whose cone is {0},
+//!
+//! ```text
+//!   M̂ (v_{k+1} − v_free) = Hᵀ p + Ḡᵀ λ,     K* ∋ Φ(w) ⟂ p ∈ K,     {0} ∋ Ḡ v_{k+θ} ⟂ λ ∈ ℝ
+//! ```
+//!
+//! and λ is eliminated exactly: M̂⁻¹ gives way to P = M̂⁻¹ − M̂⁻¹ Ḡᵀ S⁻¹ Ḡ M̂⁻¹, S = Ḡ M̂⁻¹ Ḡᵀ, in W = H P Hᵀ and in the
+//! free velocity, and every solver sees a cone problem as before. Joints do no work, for any θ. Ḡ is the discrete
+//! derivative of φ over the step, φ(q_{k+1}) − φ(q_k) = Ḡ (q_{k+1} − q_k), so that joints stay closed to rounding; as it
+//! depends on the end of the step, the step is made in passes (three or four).
+//!
+//! # Nonlinear systems
+//!
+//! For M(q) v̇ + f(t, q, v) = F + Hᵀ r with kinetic energy T = ½ v·M(q) v and potential V(q) the step is
+//!
+//! ```text
+//!   M₁ v₁ − M₀ v₀ − h ∇̄T + h ∇̄V + h d(t_θ, q_θ, v_θ) = h F_θ + H(q₀)ᵀ p
+//!   ∇̄T_i = v_θ·D_iM v̄ − ¼ (v₁·D_iM v₁ + v₀·D_iM v₀),     v̄ = ½ (v₀ + v₁)
+//! ```
+//!
+//! with discrete derivatives Σ_i D_iM Δq_i = M₁ − M₀ and ∇̄V·Δq = V₁ − V₀ (Gonzalez 1996). Times v_θ it gives
+//!
+//! ```text
+//!   (T + V)₁ − (T + V)₀ = h v_θ·F_θ − h v_θ·d + (½−θ) ‖v₁ − v₀‖²_M̄ + Σ_α u_θ·p + v_θ·ρ,   M̄ = ½ (M₀ + M₁)
+//! ```
+//!
+//! the balance (56) up to what the Newton iteration leaves, ρ: it closes to the tolerance of the nonlinear solve. The
+//! contact works are those of the linear scheme, u_θ = H(q_k) v_θ, and so is the sign a law claims for them. The
+//! derivation stands at the head of `nonlinear.rs`.
 
 mod activation;
 mod delassus;
 mod equilibrium;
 mod error;
+mod islands;
+mod joints;
 mod kept;
+mod nonlinear;
+mod passes;
 mod record;
 mod setup;
 mod snapshot;

@@ -90,6 +90,8 @@ pub(super) struct Next<T: Scalar, const D: usize> {
     pub(super) v_free: Vec<T>,
     pub(super) force: Vec<T>,
     pub(super) scratch: Vec<T>,
+    /// Hᵀ p.
+    pub(super) impulse: Vec<T>,
     /// M v and K q of the state, and of its successor.
     pub(super) momentum: [Vec<T>; 2],
     pub(super) elastic_force: [Vec<T>; 2],
@@ -108,6 +110,7 @@ impl<T: Scalar, const D: usize> Next<T, D> {
             v_free: zeros(),
             force: zeros(),
             scratch: zeros(),
+            impulse: zeros(),
             momentum: [zeros(), zeros()],
             elastic_force: [zeros(), zeros()],
             reaction: vec![T::zero(); prescribed],

@@ -129,6 +129,37 @@ pub(super) fn check_sizes<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
     Ok(())
 }
 
+/// Gap of a joint at the start that counts as closed, relative to the length of the scene: drawings are given with
+/// some ten digits.
+const JOINT_TOLERANCE: f64 = 1e-9;
+
+/// Checks that joints are closed at the start, and θ > 0 where there are any.
+pub(super) fn check_joints<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
+    system: &S,
+    settings: &Settings<T>,
+    q: &[T],
+    length: T,
+) -> Result<(), SetupError> {
+    let rows = system.joint_rows();
+    if rows == 0 {
+        return Ok(());
+    }
+    if !(settings.theta > T::zero()) {
+        return Err(SetupError::JointsTheta);
+    }
+    if system.nonlinear().is_some() {
+        return Err(SetupError::JointsNonlinear);
+    }
+    let mut open = vec![T::zero(); rows];
+    system.joint_residual(q, &mut open);
+    let floor = lit::<T>(64.0) * epsilon::<T>();
+    let bound = nalgebra::RealField::max(lit::<T>(JOINT_TOLERANCE), floor) * (length + T::one());
+    match open.iter().position(|&x| !(nalgebra::ComplexField::abs(x) <= bound)) {
+        Some(row) => Err(SetupError::JointOpen { joint: system.joint_label(row), by: to_f64(open[row]) }),
+        None => Ok(()),
+    }
+}
+
 /// The tolerances of the active set in this system, (gap, velocity).
 pub(super) fn tolerances<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
     activation: &Activation<T>,

@@ -2,6 +2,7 @@
 
 use nalgebra::SVector;
 
+use super::nonlinear::Nonlinear;
 use super::{ContactStep, ThetaScheme};
 use crate::contact::ContactId;
 use crate::laws::ContactLaw;
@@ -84,6 +85,9 @@ where
         self.system.mass().multiply(&self.state.v, &mut self.next.momentum[0]);
         if let Some(stiffness) = self.system.stiffness() {
             stiffness.multiply(&self.state.q, &mut self.next.elastic_force[0]);
+        }
+        if let Some(dynamics) = self.system.nonlinear() {
+            self.nonlinear = Some(Box::new(Nonlinear::new(dynamics, &self.state.q)));
         }
         let energies = &mut self.last.energies;
         [energies.kinetic, energies.elastic, energies.potential] = snapshot.energies.map(lit);

@@ -2,6 +2,7 @@
 
 use nalgebra::SVector;
 
+use super::nonlinear::Start;
 use super::record::Next;
 use super::{ActivationRule, ContactStep, Part, Settings, Step, StepError, ThetaScheme};
 use crate::contact::{Candidate, ContactId};
@@ -32,21 +33,28 @@ where
     /// # Errors
     /// As [`step`](Self::step).
     pub fn step_with(&mut self, mut done: impl FnMut(Part)) -> Result<&Step<T, D>, StepError> {
-        // M̂ (v_free − v_k) = h (F_{k+θ} − C v_k − K (q_k + hθ v_k))
-        self.set_free_velocity()?;
-        done(Part::FreeVelocity);
         // α is active iff g^α(q_k + h v_k) ≤ 0 and u^α_{N,k} ≤ 0                                 (55)
         self.find_active_contacts()?;
         done(Part::ActiveSet);
-        // w = W p + b,  W = H M̂⁻¹ Hᵀ,  b = H v_free + δ,  δ = ((1−γ) u_k + s)/γ
-        self.set_cone_problem()?;
-        done(Part::ConeProblem);
-        // K* ∋ Φ(w) ⟂ p ∈ K                                                                      (81)
-        let solution = self.solve_cone_problem()?;
-        done(Part::ConeSolution);
-        // v_{k+1} = v_free + M̂⁻¹ Hᵀ p,  q_{k+1} = q_k + h v_{k+θ}
-        self.set_next_state()?;
-        done(Part::NextState);
+        self.start_passes()?;
+        let solution = loop {
+            // M̂ (v_free − v_k) = h (F_{k+θ} − C v_k − K (q_k + hθ v_k))
+            self.set_free_velocity()?;
+            done(Part::FreeVelocity);
+            // w = W p + b,  W = H M̂⁻¹ Hᵀ,  b = H v_free + δ,  δ = ((1−γ) u_k + s)/γ
+            self.set_cone_problem()?;
+            done(Part::ConeProblem);
+            // K* ∋ Φ(w) ⟂ p ∈ K                                                                  (81)
+            let solution = self.solve_cone_problem()?;
+            done(Part::ConeSolution);
+            // v_{k+1} = v_free + M̂⁻¹ Hᵀ p,  q_{k+1} = q_k + h v_{k+θ}
+            self.set_next_state()?;
+            done(Part::NextState);
+            // Joints and nonlinear terms depend on q_{k+1}; without them the first pass is the last.
+            if self.is_last_pass()? {
+                break solution;
+            }
+        };
         // E_{k+1} − E_k = W_ext + W_damp + (½−θ)(…) + Σ u_{k+θ}·p                                (56)
         let (energies, balance) = self.balance()?;
         self.accept(solution, energies, balance);
@@ -111,13 +119,22 @@ where
 
     fn set_cone_problem(&mut self) -> Result<(), StepError> {
         let (w, b, friction) = self.problem.parts_mut();
+        let Self { jacobian, factor, joints, .. } = self;
         match &mut self.kept {
             Some(kept) => {
                 if let Err(contact) = kept.select(&self.next.contacts, w) {
                     return Err(self.contact_error(contact, "place among the constant candidates"));
                 }
             }
-            None => self.assembler.assemble(&self.jacobian, &mut self.factor, w),
+            None if joints.is_empty() => self.assembler.assemble(jacobian, factor, w),
+            None if jacobian.rows() == 0 => w.clear(),
+            None => {
+                let apply = |x: &mut [T]| {
+                    factor.solve_in_place(x);
+                    joints.constrain(factor, x);
+                };
+                self.assembler.assemble_with(jacobian, apply, w);
+            }
         }
         b.clear();
         friction.clear();
@@ -140,6 +157,10 @@ where
             b.push(self.jacobian.velocity(i, &self.next.v_free) + evaluation.b_shift(&contact.before));
             friction.push(law.friction());
             // Both lists are ordered by identity: the percussion of the last step is found by walking along.
+            if self.passes > 0 {
+                self.warm_start.push(self.percussions[i]);
+                continue;
+            }
             while known.next_if(|old| old.id < contact.id).is_some() {}
             let old = known.next_if(|old| old.id == contact.id);
             self.warm_start.push(old.map_or_else(SVector::zeros, |old| old.percussion));
@@ -154,18 +175,22 @@ where
         if contacts == 0 {
             return Ok(None);
         }
-        match self.solver.solve(&self.problem, &self.warm_start, &mut self.percussions) {
-            Ok(solution) => Ok(Some(solution)),
-            Err(source) => {
-                let (step, time) = self.place();
-                Err(StepError::Solve { step, time, contacts, source })
-            }
-        }
+        let Self { problem, islands, warm_start, percussions, solver, .. } = self;
+        let solved = if islands.split(problem.delassus()) > 1 {
+            islands.solve(problem, warm_start, percussions, solver)
+        } else {
+            solver.solve(problem, warm_start, percussions).map_err(|source| (contacts, source))
+        };
+        solved.map(Some).map_err(|(contacts, source)| {
+            let (step, time) = self.place();
+            StepError::Solve { step, time, contacts, source }
+        })
     }
 
     fn balance(&mut self) -> Result<(Energies<T>, Balance<T>), StepError> {
-        let Self { system, settings: Settings { step: h, .. }, state, next, .. } = self;
-        let (half, h) = (lit::<T>(0.5), *h);
+        let Self { system, settings, state, next, .. } = self;
+        let Settings { theta, step: h, .. } = *settings;
+        let half = lit::<T>(0.5);
         let mut balance = Balance::default();
         // Increments by the polarised forms ½(y−x)·A(y+x), which do not cancel.
         let increments = |from: &[T], to: &[T], [a_from, a_to]: &[Vec<T>; 2]| {
@@ -177,9 +202,15 @@ where
             }
             (half * change, square)
         };
-        system.mass().multiply(&next.v, &mut next.momentum[1]);
-        let (kinetic, mut square) = increments(&state.v, &next.v, &next.momentum);
-        balance.kinetic_change = kinetic;
+        let mut square;
+        if let Some(nonlinear) = &self.nonlinear {
+            let start = Start::of(state, settings, &next.force);
+            (balance.kinetic_change, balance.elastic_change, balance.damping_work, square) =
+                nonlinear.changes(start, &next.v);
+        } else {
+            system.mass().multiply(&next.v, &mut next.momentum[1]);
+            (balance.kinetic_change, square) = increments(&state.v, &next.v, &next.momentum);
+        }
         if let Some(stiffness) = system.stiffness() {
             stiffness.multiply(&next.q, &mut next.elastic_force[1]);
             let (elastic, stretch) = increments(&state.q, &next.q, &next.elastic_force);
@@ -191,21 +222,21 @@ where
             damping.multiply(&next.v_theta, &mut next.scratch);
             balance.damping_work = -h * dot(&next.v_theta, &next.scratch);
         }
+        balance.numerical_dissipation = (half - theta) * square;
         if system.prescribed().is_some_and(Prescribed::moves) {
             balance.prescribed_work = self.prescribed_work();
         }
-        let Self { system, settings: Settings { theta, .. }, next, .. } = self;
-        balance.numerical_dissipation = (half - *theta) * square;
+        let Self { system, next, .. } = self;
         for contact in &next.contacts {
             balance.normal_contact_work += contact.normal_work;
             balance.tangential_contact_work += contact.tangential_work;
         }
         balance.close();
-        let energies = Energies {
-            kinetic: half * dot(&next.v, &next.momentum[1]),
-            elastic: half * dot(&next.q, &next.elastic_force[1]),
-            potential: system.forces().potential(&next.q),
-        };
+        let (kinetic, elastic) = self.nonlinear.as_ref().map_or_else(
+            || (half * dot(&next.v, &next.momentum[1]), half * dot(&next.q, &next.elastic_force[1])),
+            |nonlinear| nonlinear.next_energies(&next.v),
+        );
+        let energies = Energies { kinetic, elastic, potential: system.forces().potential(&next.q) };
         if !all_finite(&[energies.total(), balance.imbalance]) {
             let (step, time) = self.place();
             return Err(StepError::Energy { step, time, kinetic: to_f64(energies.kinetic) });
@@ -239,6 +270,9 @@ where
 
     fn accept(&mut self, solution: Option<Solution<T>>, energies: Energies<T>, balance: Balance<T>) {
         let Self { state, next, last, .. } = self;
+        if let Some(nonlinear) = &mut self.nonlinear {
+            nonlinear.accept();
+        }
         std::mem::swap(&mut state.q, &mut next.q);
         std::mem::swap(&mut state.v, &mut next.v);
         next.momentum.swap(0, 1);
@@ -254,7 +288,7 @@ where
     }
 
     /// Number of the step being made, and the time at its end.
-    fn place(&self) -> (usize, f64) {
+    pub(super) fn place(&self) -> (usize, f64) {
         (self.state.index + 1, to_f64(self.state.time + self.settings.step))
     }
 

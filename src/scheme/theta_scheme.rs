@@ -3,9 +3,14 @@
 use nalgebra::SVector;
 
 use super::delassus::Assembler;
+use super::islands::Islands;
+use super::joints::Joints;
 use super::kept::{Kept, constant_rows};
+use super::nonlinear::Nonlinear;
 use super::record::Next;
-use super::setup::{check_laws, check_settings, check_sizes, coupling, iteration_matrix, tolerances};
+use super::setup::{
+    check_joints, check_laws, check_settings, check_sizes, coupling, iteration_matrix, tolerances,
+};
 use super::velocity::Form;
 use super::{Settings, SetupError, State, Step};
 use crate::cone::ConeProblem;
@@ -15,7 +20,7 @@ use crate::laws::ContactLaw;
 use crate::linalg::{BlockRows, Factor, dot};
 use crate::scalar::{Scalar, all_finite, lit, to_f64};
 use crate::solver::ConeSolver;
-use crate::system::MechanicalSystem;
+use crate::system::{MechanicalSystem, Scales};
 
 /// The Moreau–Jean θ-scheme over a system, one law per interface, and a cone solver.
 ///
@@ -36,6 +41,15 @@ pub struct ThetaScheme<T: Scalar, const D: usize, S, L, V> {
     /// W of all candidates, where H is constant.
     pub(super) kept: Option<Kept<T, D>>,
     pub(super) assembler: Assembler<T, D>,
+    pub(super) islands: Islands<T, D>,
+    pub(super) joints: Joints<T>,
+    /// Length (m) that scales the tolerance of the joints, and speed (m/s) of the differences of a nonlinear system.
+    pub(super) scales: Scales<T>,
+    pub(super) nonlinear: Option<Box<Nonlinear<T>>>,
+    /// Passes made over the step being made, beyond the first.
+    pub(super) passes: usize,
+    /// What the last pass left of the equations of motion.
+    pub(super) left_over: T,
     pub(super) start_time: T,
     pub(super) state: State<T>,
     pub(super) last: Step<T, D>,
@@ -72,6 +86,8 @@ where
         check_settings(&settings)?;
         check_laws(&laws, system.interfaces(), &settings)?;
         check_sizes(&system, &q, &v)?;
+        let scales = system.scales(&q, &v);
+        check_joints(&system, &settings, &q, scales.length)?;
         Factor::new(system.mass()).map_err(SetupError::Mass)?;
         let (mut q, mut v, mut system) = (q, v, system);
         let free = system.prescribed().map_or(system.dofs(), |prescribed| prescribed.first());
@@ -86,6 +102,7 @@ where
         let mut factor = Factor::with_last(&matrix, &last).map_err(SetupError::IterationMatrix)?;
         let kept = rows.map(|rows| rows.delassus(&mut factor, free));
         let form = Form::of(settings.theta, system.stiffness().is_some(), &factor, kept.is_some());
+        let nonlinear = system.nonlinear().map(|dynamics| Box::new(Nonlinear::new(dynamics, &q)));
 
         let n = system.dofs();
         let mut next = Next::new(n, n - free);
@@ -93,16 +110,17 @@ where
         if let Some(stiffness) = system.stiffness() {
             stiffness.multiply(&q, &mut next.elastic_force[0]);
         }
-        let energies = Energies {
-            kinetic: dot(&v, &next.momentum[0]) * lit::<T>(0.5),
-            elastic: dot(&q, &next.elastic_force[0]) * lit::<T>(0.5),
-            potential: system.forces().potential(&q),
-        };
+        let (kinetic, elastic) = nonlinear.as_ref().map_or_else(
+            || (dot(&v, &next.momentum[0]) * lit::<T>(0.5), dot(&q, &next.elastic_force[0]) * lit::<T>(0.5)),
+            |nonlinear| nonlinear.energies(&v),
+        );
+        let energies = Energies { kinetic, elastic, potential: system.forces().potential(&q) };
         if !all_finite(&[energies.total()]) {
             let (kinetic, elastic) = (to_f64(energies.kinetic), to_f64(energies.elastic));
             return Err(SetupError::Energy { kinetic, elastic });
         }
         let tolerances = tolerances(&settings.activation, solver.stopping().tolerance, &system, &q, &v)?;
+        let joints = Joints::new(system.joint_rows(), n);
         Ok(Self {
             system,
             laws,
@@ -115,6 +133,12 @@ where
             form,
             kept,
             assembler: Assembler::new(n, free),
+            islands: Islands::default(),
+            joints,
+            scales,
+            nonlinear,
+            passes: 0,
+            left_over: T::zero(),
             start_time,
             state: State { index: 0, time: start_time, q, v },
             last: Step { contacts: Vec::new(), energies, balance: Balance::default(), solution: None },
@@ -162,6 +186,12 @@ where
     /// The settings.
     pub fn settings(&self) -> &Settings<T> {
         &self.settings
+    }
+
+    /// Passes the last step took over its equations: 1 where nothing but the contacts is unknown, more with joints and
+    /// nonlinear terms.
+    pub fn passes(&self) -> usize {
+        self.passes + 1
     }
 
     /// The cone problem of the last step tried.

@@ -12,6 +12,7 @@
 
 use nalgebra::SVector;
 
+use super::nonlinear::Start;
 use super::record::Next;
 use super::{Settings, StepError, ThetaScheme};
 use crate::laws::ContactLaw;
@@ -50,20 +51,34 @@ where
     L: ContactLaw<T, D>,
     V: ConeSolver<T, D>,
 {
+    /// v_free of this pass, on the joints.
     pub(super) fn set_free_velocity(&mut self) -> Result<(), StepError> {
+        let Self { system, settings, state, next, factor, nonlinear, .. } = self;
+        if let (Some(nonlinear), Some(dynamics)) = (nonlinear, system.nonlinear()) {
+            let start = Start::of(state, settings, &next.force);
+            nonlinear.free_velocity(dynamics, start, &next.v, factor, &mut next.v_free);
+        } else {
+            self.solve_free_velocity();
+        }
+        let Self { system, settings: Settings { theta, step: h, .. }, state, next, factor, joints, .. } =
+            self;
+        if joints.is_empty() {
+            return Ok(());
+        }
+        let set = joints.set(system, &state.q, (*h, &next.v_theta), factor);
+        let bias = -(T::one() - *theta) / *theta;
+        if let Err(row) = set.and_then(|()| joints.project(factor, &mut next.v_free, bias, &state.v)) {
+            let (step, time) = self.place();
+            return Err(StepError::Joints { step, time, joint: self.system.joint_label(row) });
+        }
+        Ok(())
+    }
+
+    /// v_free of a linear system.
+    fn solve_free_velocity(&mut self) {
         let Self { system, settings, state, next, factor, free, coupling, form, .. } = self;
         let (Settings { theta, step: h, .. }, free) = (*settings, *free);
-        let Next { q, v, v_theta, v_free, force, scratch, momentum, elastic_force, .. } = next;
-        system.forces().averaged(state.time, h, theta, force, scratch);
-        if let Some(prescribed) = system.prescribed() {
-            let end = state.time + h;
-            prescribed.set(end, h, theta, q, v);
-        }
-        let other = T::one() - theta;
-        for i in free..v.len() {
-            v_theta[i] = other * state.v[i] + theta * v[i];
-            v_free[i] = v[i];
-        }
+        let Next { v, v_theta, v_free, force, scratch, momentum, elastic_force, .. } = next;
         if *form == Form::Increment {
             v_free[..free].copy_from_slice(&force[..free]);
             if let Some(damping) = system.damping() {
@@ -100,14 +115,13 @@ where
                 *average = v + (*average - v) * inverse;
             }
         }
-        // Looked at after the solve, which a force that is not finite does not harm.
-        if all_finite(&*force) { Ok(()) } else { Err(self.state_error("F", &self.next.force)) }
     }
 
+    /// v_{k+1}, v_{k+θ}, q_{k+1}, and what the contacts did.
     pub(super) fn set_next_state(&mut self) -> Result<(), StepError> {
-        let Self { settings, state, next, factor, free, form, jacobian, percussions, .. } = self;
+        let Self { settings, state, next, factor, free, form, jacobian, percussions, joints, .. } = self;
         let (Settings { theta, step: h, .. }, free) = (*settings, *free);
-        let Next { q, v, v_theta, v_free, scratch, contacts, .. } = next;
+        let Next { q, v, v_theta, v_free, scratch, impulse, contacts, .. } = next;
         match factor {
             Factor::Sparse(factor) if *form == Form::Staged => {
                 for (row, p) in percussions.iter().enumerate() {
@@ -123,12 +137,16 @@ where
             }
             factor => {
                 v[..free].copy_from_slice(&v_free[..free]);
+                impulse.fill(T::zero());
                 if !contacts.is_empty() {
-                    scratch.fill(T::zero());
                     for (row, p) in percussions.iter().enumerate() {
-                        jacobian.add_transpose(row, p, scratch);
+                        jacobian.add_transpose(row, p, impulse);
                     }
+                    scratch.copy_from_slice(impulse);
                     factor.solve_in_place(&mut scratch[..free]);
+                    if !joints.is_empty() {
+                        joints.constrain(factor, scratch);
+                    }
                     axpy(&mut v[..free], T::one(), scratch);
                 }
             }

@@ -27,6 +27,17 @@ impl<T: Scalar, const D: usize> SmoothGap<T, D> {
     ) -> Self {
         Self { gap: Box::new(gap), row: Box::new(row) }
     }
+
+    /// g(q).
+    pub(super) fn gap(&self, q: &[T]) -> T {
+        (self.gap)(q)
+    }
+
+    /// Appends H(q).
+    pub(super) fn jacobian(&self, q: &[T], out: &mut BlockRows<T, D>) {
+        out.start_row();
+        (self.row)(q, &mut |column, entry| out.push(column, entry));
+    }
 }
 
 /// M v̇ + C v + K q = F(t) + Hᵀ(q) r with constant M, C, K.
@@ -131,7 +142,7 @@ impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for Lagrangian<T, D> {
 
     fn candidates(&mut self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>) {
         for (i, (interface, contact)) in self.contacts.iter().enumerate() {
-            let gap = (contact.gap)(q);
+            let gap = contact.gap(q);
             // Written so that a NaN gap is offered, and then refused by name.
             if !(gap > reach) {
                 out.push(Candidate { id: ContactId(i as u64), interface: *interface, gap });
@@ -140,8 +151,7 @@ impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for Lagrangian<T, D> {
     }
 
     fn jacobian(&self, contact: ContactId, q: &[T], out: &mut BlockRows<T, D>) {
-        out.start_row();
-        (self.contacts[contact.0 as usize].1.row)(q, &mut |column, entry| out.push(column, entry));
+        self.contacts[contact.0 as usize].1.jacobian(q, out);
     }
 
     fn scales(&self, q: &[T], v: &[T]) -> Scales<T> {

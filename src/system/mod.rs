@@ -5,6 +5,7 @@
 mod elastic;
 mod forces;
 mod lagrangian;
+mod nonlinear;
 mod prescribed;
 mod rigid_bodies;
 mod signal;
@@ -18,8 +19,9 @@ pub use elastic::{
 };
 pub use forces::Forces;
 pub use lagrangian::{Lagrangian, SmoothGap};
+pub use nonlinear::{Dynamics, NonlinearLagrangian};
 pub use prescribed::Prescribed;
-pub use rigid_bodies::{Body, BodyId, ContactorId, GroupId, RigidBodies, RigidBodiesBuilder};
+pub use rigid_bodies::{Body, BodyId, ContactorId, GroupId, RigidBodies, RigidBodiesBuilder, polygon_body};
 pub use signal::Signal;
 
 use crate::contact::{Candidate, ContactId};
@@ -71,6 +73,31 @@ pub trait MechanicalSystem<T: Scalar, const D: usize>: Debug + Send {
 
     /// Appends the block row H^α(q), of a candidate that [`candidates`](Self::candidates) named, to `out`.
     fn jacobian(&self, contact: ContactId, q: &[T], out: &mut BlockRows<T, D>);
+
+    /// Number of bilateral rows φ(q) = 0 of the joints, 0 for a system without joints.
+    ///
+    /// A joint is a contact whose half-line has become the whole line: in the cone problem its percussion is free
+    /// (K = ℝ), so that the dual cone is K* = {0} and the row reads u = 0. The scheme eliminates such rows exactly,
+    /// see [`scheme`](crate::scheme).
+    fn joint_rows(&self) -> usize {
+        0
+    }
+
+    /// out ← φ(q), one number per bilateral row.
+    fn joint_residual(&self, _q: &[T], _out: &mut [T]) {}
+
+    /// Appends the rows Ḡ(q, s), with φ(q + s) − φ(q) = Ḡ(q, s) s.
+    fn joint_jacobian(&self, _q: &[T], _s: &[T], _out: &mut BlockRows<T, 1>) {}
+
+    /// Name of the joint a bilateral row belongs to.
+    fn joint_label(&self, row: usize) -> String {
+        row.to_string()
+    }
+
+    /// The terms of a nonlinear system, `None` where M, C and K say all.
+    fn nonlinear(&self) -> Option<&dyn Dynamics<T>> {
+        None
+    }
 
     /// Size and speed that make the tolerances of the active set scale-free.
     fn scales(&self, q: &[T], v: &[T]) -> Scales<T>;
@@ -141,6 +168,21 @@ impl<T: Scalar, const D: usize, S: MechanicalSystem<T, D> + ?Sized> MechanicalSy
     fn contact_node(&self, contact: ContactId) -> Option<usize> {
         (**self).contact_node(contact)
     }
+    fn joint_rows(&self) -> usize {
+        (**self).joint_rows()
+    }
+    fn joint_residual(&self, q: &[T], out: &mut [T]) {
+        (**self).joint_residual(q, out);
+    }
+    fn joint_jacobian(&self, q: &[T], s: &[T], out: &mut BlockRows<T, 1>) {
+        (**self).joint_jacobian(q, s, out);
+    }
+    fn joint_label(&self, row: usize) -> String {
+        (**self).joint_label(row)
+    }
+    fn nonlinear(&self) -> Option<&dyn Dynamics<T>> {
+        (**self).nonlinear()
+    }
     fn contact_label(&self, contact: ContactId) -> String {
         (**self).contact_label(contact)
     }
@@ -191,6 +233,16 @@ pub enum SystemError {
         value: f64,
         /// The range in words.
         range: &'static str,
+    },
+    /// An outline is no convex polygon.
+    #[error("polygon `{label}`, vertex {vertex}: {reason}")]
+    Polygon {
+        /// Label of the polygon.
+        label: String,
+        /// The vertex, or the number of vertices.
+        vertex: usize,
+        /// What is wrong.
+        reason: &'static str,
     },
     /// An index names nothing.
     #[error("{what} {index} does not exist ({count} defined)")]

@@ -2,10 +2,13 @@
 
 use nalgebra::Vector2;
 
+use super::identity::{MOST_CONTACTORS, MOST_VERTICES};
+use super::joint::{Joint, Side};
+use super::shape::{Contactor, HalfPlane, Outline, Polygon};
 use super::sweep::Sweep;
-use super::{Contactor, HalfPlane, Interfaces, RigidBodies};
+use super::{Interfaces, RigidBodies};
 use crate::linalg::Symmetric;
-use crate::scalar::{Scalar, all_finite, to_f64};
+use crate::scalar::{Scalar, all_finite, lit, to_f64};
 use crate::system::{Forces, SystemError};
 
 /// Mass (kg) and moment of inertia about the centre of mass (kg m²) of a body.
@@ -45,12 +48,14 @@ pub struct RigidBodiesBuilder<T: Scalar> {
     planes: Vec<HalfPlane<T>>,
     groups: usize,
     interfaces: Vec<(usize, usize)>,
+    joints: Vec<Joint<T>>,
 }
 
 impl<T: Scalar> Default for RigidBodiesBuilder<T> {
     fn default() -> Self {
         let (contactors, planes, interfaces) = (Vec::new(), Vec::new(), Vec::new());
-        Self { bodies: Vec::new(), force: Vec::new(), contactors, planes, groups: 0, interfaces }
+        let (bodies, force, joints) = (Vec::new(), Vec::new(), Vec::new());
+        Self { bodies, force, contactors, planes, groups: 0, interfaces, joints }
     }
 }
 
@@ -64,6 +69,69 @@ fn check<T: Scalar>(
         Some(&x) => Err(SystemError::OutOfRange { what: what(), value: to_f64(x), range }),
         None => Ok(()),
     }
+}
+
+/// Twice the area of the triangle (a, b, c), positive where it turns left.
+fn turn<T: Scalar>(a: &[T; 2], b: &[T; 2], c: &[T; 2]) -> T {
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}
+
+fn check_polygon<T: Scalar>(label: &str, vertices: &[[T; 2]]) -> Result<(), SystemError> {
+    let n = vertices.len();
+    let error = |vertex, reason| Err(SystemError::Polygon { label: label.into(), vertex, reason });
+    if !(3..=MOST_VERTICES).contains(&n) {
+        return error(n, "the number of vertices must be between 3 and 1024");
+    }
+    if let Some(vertex) = vertices.iter().position(|x| !all_finite(x)) {
+        return error(vertex, "it is not finite");
+    }
+    for i in 0..n {
+        let [before, at, after] = [(i + n - 1) % n, i, (i + 1) % n].map(|k| &vertices[k]);
+        if !(turn(before, at, after) > T::zero()) {
+            return error(i, "the outline must turn left there (strictly convex, counterclockwise)");
+        }
+        // Turning left everywhere could still mean turning round twice.
+        if (1..n - 1).contains(&i) && !(turn(&vertices[0], at, after) > T::zero()) {
+            return error(i, "the outline winds more than once");
+        }
+    }
+    Ok(())
+}
+
+/// Mass (density × area) and inertia of a homogeneous polygon, strictly convex and counterclockwise, and its vertices
+/// from its centre of mass, with that centre: (body, vertices, centre).
+///
+/// # Errors
+/// [`SystemError::Polygon`], [`SystemError::OutOfRange`] for a density (kg/m²) that is not positive.
+#[expect(clippy::type_complexity)]
+pub fn polygon_body<T: Scalar>(
+    density: T,
+    vertices: &[[T; 2]],
+) -> Result<(Body<T>, Vec<[T; 2]>, [T; 2]), SystemError> {
+    check_polygon("polygon", vertices)?;
+    check(|| "density".into(), &[density], |x| x > T::zero(), "finite and > 0")?;
+    // Triangles fanned from the first vertex: area A, centroid of each, and their second moments.
+    let (mut area, mut first) = (T::zero(), Vector2::zeros());
+    let origin = Vector2::from(vertices[0]);
+    let fan = || {
+        vertices[1..].windows(2).map(|pair| {
+            let (a, b) = (Vector2::from(pair[0]) - origin, Vector2::from(pair[1]) - origin);
+            ((a.x * b.y - a.y * b.x) * lit::<T>(0.5), a, b)
+        })
+    };
+    for (part, a, b) in fan() {
+        area += part;
+        first += (a + b) * (part / lit::<T>(3.0));
+    }
+    let centre = first / area;
+    // ∫ r² over a triangle with a vertex at the origin: A/6 (a² + a·b + b²).
+    let second = fan().fold(T::zero(), |sum, (part, a, b)| {
+        sum + part * (a.norm_squared() + a.dot(&b) + b.norm_squared()) / lit::<T>(6.0)
+    });
+    let body = Body { mass: density * area, inertia: density * (second - area * centre.norm_squared()) };
+    let centre = centre + origin;
+    let vertices = vertices.iter().map(|x| [x[0] - centre.x, x[1] - centre.y]).collect();
+    Ok((body, vertices, centre.into()))
 }
 
 fn known(what: &'static str, index: usize, count: usize) -> Result<usize, SystemError> {
@@ -131,8 +199,88 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         check(|| format!("radius of `{label}`"), &[radius], |x| x >= T::zero(), "finite and ≥ 0")?;
         check(|| format!("centre of `{label}`"), &centre, |_| true, "finite")?;
         let (label, centre) = (label.into(), Vector2::from(centre));
-        self.contactors.push(Contactor { label, body, centre, radius, group });
+        self.contactors.push(Contactor { label, body, centre, radius, outline: Outline::Disc, group });
         Ok(ContactorId(self.contactors.len() - 1))
+    }
+
+    /// Adds a strictly convex polygon with `vertices` (m) in the frame of the body, from its centre of mass, in
+    /// counterclockwise order; [`polygon_body`] gives the mass and the inertia of a homogeneous one.
+    ///
+    /// # Errors
+    /// [`SystemError::Polygon`] for fewer than 3 or more than 1024 vertices, and for a vertex that is not finite or at
+    /// which the outline does not turn left; [`SystemError::Unknown`].
+    pub fn polygon(
+        &mut self,
+        label: &str,
+        body: BodyId,
+        vertices: &[[T; 2]],
+        group: GroupId,
+    ) -> Result<ContactorId, SystemError> {
+        let body = known("body", body.0, self.bodies.len())?;
+        let group = known("group", group.0, self.groups)?;
+        check_polygon(label, vertices)?;
+        let vertices: Vec<Vector2<T>> = vertices.iter().map(|&x| x.into()).collect();
+        let (least, most) =
+            (vertices.iter()).fold((vertices[0], vertices[0]), |(a, b), x| (a.inf(x), b.sup(x)));
+        let centre = (least + most) * lit::<T>(0.5);
+        let larger = nalgebra::RealField::max;
+        let radius = vertices.iter().fold(T::zero(), |r, x| larger(r, (x - centre).norm()));
+        let outline = Outline::Polygon(Polygon::new(vertices));
+        self.contactors.push(Contactor { label: label.into(), body, centre, radius, outline, group });
+        Ok(ContactorId(self.contactors.len() - 1))
+    }
+
+    /// Pins the point `at` (m, in the frame of `body`) to the point `on` of `other`, or of the ground where `other` is
+    /// `None` (fixed frame): two bilateral rows of the cone problem.
+    ///
+    /// # Errors
+    /// [`SystemError::OutOfRange`], [`SystemError::Unknown`].
+    pub fn pin(
+        &mut self,
+        label: &str,
+        body: BodyId,
+        at: [T; 2],
+        other: Option<BodyId>,
+        on: [T; 2],
+    ) -> Result<(), SystemError> {
+        self.joint(label, (body, at), (other, on), None)
+    }
+
+    /// Pins two points and holds the angle (rad) of `body` less that of `other` as well: three bilateral rows.
+    ///
+    /// # Errors
+    /// [`SystemError::OutOfRange`], [`SystemError::Unknown`].
+    pub fn weld(
+        &mut self,
+        label: &str,
+        body: BodyId,
+        at: [T; 2],
+        other: Option<BodyId>,
+        on: [T; 2],
+        angle: T,
+    ) -> Result<(), SystemError> {
+        self.joint(label, (body, at), (other, on), Some(angle))
+    }
+
+    fn joint(
+        &mut self,
+        label: &str,
+        (body, at): (BodyId, [T; 2]),
+        (other, on): (Option<BodyId>, [T; 2]),
+        angle: Option<T>,
+    ) -> Result<(), SystemError> {
+        let body = known("body", body.0, self.bodies.len())?;
+        let other = other.map(|other| known("body", other.0, self.bodies.len())).transpose()?;
+        let numbers = [at[0], at[1], on[0], on[1], angle.unwrap_or_else(T::zero)];
+        check(|| format!("point or angle of joint `{label}`"), &numbers, |_| true, "finite")?;
+        if other == Some(body) {
+            let value = body as f64;
+            let what = format!("other body of joint `{label}`");
+            return Err(SystemError::OutOfRange { what, value, range: "another body" });
+        }
+        let (a, b) = (Side { body: Some(body), point: at.into() }, Side { body: other, point: on.into() });
+        self.joints.push(Joint { label: label.into(), a, b, angle });
+        Ok(())
     }
 
     /// Adds the fixed half-plane through `point` with outward `normal` (any length > 0): bodies stay on the side
@@ -176,14 +324,23 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
     /// The system.
     ///
     /// # Errors
-    /// [`SystemError::Size`] without any body.
+    /// [`SystemError::Size`] without any body, [`SystemError::OutOfRange`] for more than 2²⁰ contactors or half-planes
+    /// in a scene with polygons.
     pub fn build(self) -> Result<RigidBodies<T>, SystemError> {
+        let polygons = self.contactors.iter().any(|contactor| contactor.polygon().is_some());
+        for (what, count) in [("contactors", self.contactors.len()), ("half-planes", self.planes.len())] {
+            if polygons && count > MOST_CONTACTORS {
+                let what = format!("number of {what} in a scene with polygons");
+                let range = "at most 2^20";
+                return Err(SystemError::OutOfRange { what, value: count as f64, range });
+            }
+        }
         if self.bodies.is_empty() {
             return Err(SystemError::Size { what: "the scene without bodies", expected: 1, given: 0 });
         }
         let diagonal = self.bodies.iter().flat_map(|(_, b)| [b.mass, b.mass, b.inertia]).collect();
         let interfaces = Interfaces::new(self.groups, &self.interfaces);
-        // Only discs of groups that meet other discs are swept.
+        // Only contactors of groups that meet other contactors are swept.
         let meets = |group: usize| {
             self.contactors.iter().any(|other| interfaces.between(group, other.group).is_some())
         };
@@ -198,6 +355,8 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
             planes: self.planes,
             interfaces,
             sweep,
+            joint_rows: self.joints.iter().map(Joint::rows).sum(),
+            joints: self.joints,
         })
     }
 }

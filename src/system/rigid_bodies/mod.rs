@@ -1,58 +1,25 @@
-//! Planar rigid bodies (x, y, angle) with points and discs against fixed half-planes and each other.
+//! Planar rigid bodies (x, y, angle) of points, discs and convex polygons against fixed half-planes and each other,
+//! held together by joints.
 
 mod builder;
+mod identity;
+mod joint;
+mod narrow;
+mod shape;
 mod sweep;
 
 use nalgebra::{SVector, Vector2};
 
-pub use builder::{Body, BodyId, ContactorId, GroupId, RigidBodiesBuilder};
+pub use builder::{Body, BodyId, ContactorId, GroupId, RigidBodiesBuilder, polygon_body};
 
 use super::{Forces, MechanicalSystem, Scales};
 use crate::contact::{Candidate, ContactId};
 use crate::linalg::{BlockRows, Symmetric, max_abs};
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, lit};
+use identity::{Features, Pair};
+use joint::Joint;
+use shape::{Contactor, HalfPlane, Pose};
 use sweep::Sweep;
-
-/// A disc fixed to a body; a contact point is a disc of radius 0. Other shapes join here, and answer where their
-/// boundary is nearest to a half-plane or to another shape.
-#[derive(Debug, Clone)]
-struct Contactor<T> {
-    label: String,
-    body: usize,
-    /// Centre in the frame of the body, from its centre of mass.
-    centre: Vector2<T>,
-    radius: T,
-    group: usize,
-}
-
-impl<T: Scalar> Contactor<T> {
-    /// Lever arm from the centre of mass of the body to the centre of the contactor, in the fixed frame.
-    #[inline]
-    fn lever(&self, q: &[T]) -> Vector2<T> {
-        let c = self.centre;
-        if c.x == T::zero() && c.y == T::zero() {
-            return c;
-        }
-        let (sin, cos) = nalgebra::ComplexField::sin_cos(q[3 * self.body + 2]);
-        Vector2::new(cos * c.x - sin * c.y, sin * c.x + cos * c.y)
-    }
-
-    /// Centre in the fixed frame.
-    #[inline]
-    fn position(&self, q: &[T]) -> Vector2<T> {
-        let i = 3 * self.body;
-        Vector2::new(q[i], q[i + 1]) + self.lever(q)
-    }
-}
-
-/// The fixed half-plane n·x ≤ d; bodies live where n·x > d.
-#[derive(Debug, Clone)]
-struct HalfPlane<T> {
-    label: String,
-    normal: Vector2<T>,
-    distance: T,
-    group: usize,
-}
 
 /// Interfaces between groups, a symmetric table.
 #[derive(Debug)]
@@ -78,31 +45,6 @@ impl Interfaces {
     }
 }
 
-/// What a [`ContactId`] names.
-enum Pair {
-    /// Contactor against half-plane.
-    Plane(usize, usize),
-    /// Contactor against contactor.
-    Discs(usize, usize),
-}
-
-/// Set in the id of a disc pair, so that the contacts with half-planes come first.
-const DISC_PAIR: u64 = 1 << 63;
-
-impl Pair {
-    fn id(&self) -> ContactId {
-        match *self {
-            Self::Plane(contactor, plane) => ContactId((contactor as u64) << 32 | plane as u64),
-            Self::Discs(a, b) => ContactId(DISC_PAIR | (a as u64) << 32 | b as u64),
-        }
-    }
-
-    fn of(id: ContactId) -> Self {
-        let (high, low) = (((id.0 & !DISC_PAIR) >> 32) as usize, (id.0 & 0xffff_ffff) as usize);
-        if id.0 & DISC_PAIR == 0 { Self::Plane(high, low) } else { Self::Discs(high, low) }
-    }
-}
-
 /// Planar rigid bodies; body i owns the coordinates q[3i..3i+3] = (x, y, angle), x and y those of its centre of
 /// mass. M is diagonal, C and K are absent.
 ///
@@ -116,12 +58,36 @@ pub struct RigidBodies<T: Scalar> {
     planes: Vec<HalfPlane<T>>,
     interfaces: Interfaces,
     sweep: Sweep<T>,
+    joints: Vec<Joint<T>>,
+    joint_rows: usize,
 }
 
 impl<T: Scalar> RigidBodies<T> {
     /// Starts a scene.
     pub fn builder() -> RigidBodiesBuilder<T> {
         RigidBodiesBuilder::default()
+    }
+
+    /// Closed outlines of the contactors in configuration q, as points (m) in the fixed frame, the first repeated at the
+    /// end: for figures. A disc has `sides` sides, a point is a single point.
+    pub fn outlines(&self, q: &[T], sides: usize) -> Vec<Vec<[T; 2]>> {
+        let outline = |contactor: &Contactor<T>| -> Vec<[T; 2]> {
+            let pose = Pose::of(contactor.body, q);
+            let mut points: Vec<[T; 2]> = match contactor.polygon() {
+                Some(polygon) => polygon.vertices.iter().map(|x| pose.place(x).into()).collect(),
+                None if contactor.radius == T::zero() => return vec![contactor.position(q).into()],
+                None => (0..sides)
+                    .map(|i| {
+                        let angle = lit::<T>(std::f64::consts::TAU * i as f64 / sides as f64);
+                        let (sin, cos) = nalgebra::ComplexField::sin_cos(angle);
+                        pose.place(&(contactor.centre + Vector2::new(cos, sin) * contactor.radius)).into()
+                    })
+                    .collect(),
+            };
+            points.extend(points.first().copied());
+            points
+        };
+        self.contactors.iter().map(outline).collect()
     }
 
     fn plane_candidates(&self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>) {
@@ -131,28 +97,122 @@ impl<T: Scalar> RigidBodies<T> {
                 let Some(interface) = self.interfaces.between(contactor.group, plane.group) else { continue };
                 let centre = centre.get_or_insert_with(|| contactor.position(q));
                 let gap = plane.normal.dot(centre) - plane.distance - contactor.radius;
-                if !(gap > reach) {
-                    out.push(Candidate { id: Pair::Plane(i, j).id(), interface, gap });
+                if gap > reach {
+                    continue;
+                }
+                match contactor.polygon() {
+                    None => {
+                        let id = Pair::Plane { disc: i, plane: j }.id();
+                        out.push(Candidate { id, interface, gap });
+                    }
+                    Some(polygon) => {
+                        let pose = Pose::of(contactor.body, q);
+                        for (vertex, x) in polygon.vertices.iter().enumerate() {
+                            let gap = plane.normal.dot(&pose.place(x)) - plane.distance;
+                            if !(gap > reach) {
+                                let id = Pair::Corner { polygon: i, plane: j, vertex }.id();
+                                out.push(Candidate { id, interface, gap });
+                            }
+                        }
+                    }
                 }
             }
         }
     }
 
-    fn disc_candidates(&mut self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>) {
+    fn pair_candidates(&mut self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>) {
         if self.sweep.is_empty() {
             return;
         }
         let Self { contactors, interfaces, sweep, .. } = self;
         sweep.update(|i| (contactors[i].position(q), contactors[i].radius));
-        sweep.for_each_near_pair(reach, |i, j, (a, b)| {
+        sweep.for_each_near_pair(reach, |i, j, (x, y)| {
             let (one, other) = (&contactors[i], &contactors[j]);
+            if one.body == other.body {
+                return;
+            }
             let Some(interface) = interfaces.between(one.group, other.group) else { return };
-            let gap = (a - b).norm() - one.radius - other.radius;
-            if one.body != other.body && !(gap > reach) {
-                out.push(Candidate { id: Pair::Discs(i, j).id(), interface, gap });
+            let circles = (x - y).norm() - one.radius - other.radius;
+            if circles > reach {
+                return;
+            }
+            let mut meet = |pair: Pair, gap: T| {
+                if !(gap > reach) {
+                    out.push(Candidate { id: pair.id(), interface, gap });
+                }
+            };
+            let poses = || (Pose::of(one.body, q), Pose::of(other.body, q));
+            match (one.polygon(), other.polygon()) {
+                (None, None) => meet(Pair::Discs(i, j), circles),
+                (Some(a), Some(b)) => {
+                    let (at, bt) = poses();
+                    let size = one.radius + other.radius;
+                    narrow::polygons((a, &at), (b, &bt), size, reach, |features, gap| {
+                        meet(Pair::Features { a: i, b: j, features }, gap);
+                    });
+                }
+                (Some(a), None) => {
+                    let (features, gap) = narrow::disc((a, &poses().0), &y, other.radius);
+                    meet(Pair::Features { a: i, b: j, features }, gap);
+                }
+                (None, Some(b)) => {
+                    let (features, gap) = narrow::disc((b, &poses().1), &x, one.radius);
+                    meet(Pair::Features { a: j, b: i, features }, gap);
+                }
             }
         });
     }
+
+    /// Both sides of a contact between two bodies: (body, arm) each, and the normal from the second to the first.
+    fn sides(&self, pair: Pair, q: &[T]) -> ([(usize, Vector2<T>); 2], Vector2<T>) {
+        let pose = |contactor: usize| Pose::of(self.contactors[contactor].body, q);
+        let vertex = |contactor: usize, vertex: usize| -> Vector2<T> {
+            let polygon = self.contactors[contactor].polygon();
+            polygon.map_or_else(Vector2::zeros, |polygon| polygon.vertices[vertex])
+        };
+        let normal = |contactor: usize, edge: usize| -> Vector2<T> {
+            let polygon = self.contactors[contactor].polygon();
+            pose(contactor).turn(&polygon.map_or_else(Vector2::y, |polygon| polygon.normals[edge]))
+        };
+        // A contact at `point` (fixed frame) of the bodies of two contactors.
+        let at = |a: usize, b: usize, arm: Vector2<T>, normal: Vector2<T>| {
+            let (one, other) = (self.contactors[a].body, self.contactors[b].body);
+            let offset = Pose::of(one, q).origin - Pose::of(other, q).origin;
+            ([(one, arm), (other, arm + offset)], normal)
+        };
+        match pair {
+            Pair::Discs(i, j) => {
+                let (one, other) = (&self.contactors[i], &self.contactors[j]);
+                let normal = direction(one.position(q) - other.position(q), Vector2::y);
+                let arms = (one.lever(q) - normal * one.radius, other.lever(q) + normal * other.radius);
+                ([(one.body, arms.0), (other.body, arms.1)], normal)
+            }
+            Pair::Features { a, b, features: Features::VertexEdge(v, edge) } => {
+                at(a, b, pose(a).turn(&vertex(a, v)), normal(b, edge))
+            }
+            Pair::Features { a, b, features: Features::EdgeVertex(v, edge) } => {
+                at(b, a, pose(b).turn(&vertex(b, v)), normal(a, edge))
+            }
+            Pair::Features { a, b, features: Features::EdgeDisc(edge) } => {
+                let normal = normal(a, edge);
+                let disc = &self.contactors[b];
+                at(b, a, disc.lever(q) - normal * disc.radius, normal)
+            }
+            Pair::Features { a, b, features: Features::VertexDisc(v) } => {
+                let disc = &self.contactors[b];
+                let between = disc.position(q) - pose(a).place(&vertex(a, v));
+                let normal = direction(between, || normal(a, v));
+                at(b, a, disc.lever(q) - normal * disc.radius, normal)
+            }
+            Pair::Plane { .. } | Pair::Corner { .. } => unreachable!("a half-plane is no body"),
+        }
+    }
+}
+
+/// x/‖x‖; concentric shapes have no normal, and any keeps the step defined.
+fn direction<T: Scalar>(x: Vector2<T>, otherwise: impl FnOnce() -> Vector2<T>) -> Vector2<T> {
+    let length = x.norm();
+    if length > T::zero() { x / length } else { otherwise() }
 }
 
 /// The columns of one body in H: u = frame·(v + ω × arm), for a contact at `arm` from its centre of mass.
@@ -194,29 +254,56 @@ impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for RigidBodies<T> {
 
     fn candidates(&mut self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>) {
         self.plane_candidates(q, reach, out);
-        self.disc_candidates(q, reach, out);
+        self.pair_candidates(q, reach, out);
     }
 
     fn jacobian(&self, contact: ContactId, q: &[T], out: &mut BlockRows<T, D>) {
         out.start_row();
         match Pair::of(contact) {
-            Pair::Plane(i, j) => {
-                let (contactor, plane) = (&self.contactors[i], &self.planes[j]);
+            Pair::Plane { disc, plane } => {
+                let (contactor, plane) = (&self.contactors[disc], &self.planes[plane]);
                 let arm = contactor.lever(q) - plane.normal * contactor.radius;
                 push_body(out, contactor.body, T::one(), &plane.normal, &arm);
             }
-            Pair::Discs(i, j) => {
-                let (one, other) = (&self.contactors[i], &self.contactors[j]);
-                let between = one.position(q) - other.position(q);
-                let distance = between.norm();
-                // Concentric discs have no normal; up is as good as any and keeps the step defined.
-                let normal = if distance > T::zero() { between / distance } else { Vector2::y() };
-                let arm = one.lever(q) - normal * one.radius;
-                push_body(out, one.body, T::one(), &normal, &arm);
-                let arm = other.lever(q) + normal * other.radius;
-                push_body(out, other.body, -T::one(), &normal, &arm);
+            Pair::Corner { polygon, plane, vertex } => {
+                let (contactor, plane) = (&self.contactors[polygon], &self.planes[plane]);
+                let Some(polygon) = contactor.polygon() else { return };
+                let arm = Pose::of(contactor.body, q).turn(&polygon.vertices[vertex]);
+                push_body(out, contactor.body, T::one(), &plane.normal, &arm);
+            }
+            pair => {
+                let ([(one, arm), (other, other_arm)], normal) = self.sides(pair, q);
+                push_body(out, one, T::one(), &normal, &arm);
+                push_body(out, other, -T::one(), &normal, &other_arm);
             }
         }
+    }
+
+    fn joint_rows(&self) -> usize {
+        self.joint_rows
+    }
+
+    fn joint_residual(&self, q: &[T], out: &mut [T]) {
+        let mut row = 0;
+        for joint in &self.joints {
+            joint.residual(q, &mut out[row..row + joint.rows()]);
+            row += joint.rows();
+        }
+    }
+
+    fn joint_jacobian(&self, q: &[T], s: &[T], out: &mut BlockRows<T, 1>) {
+        self.joints.iter().for_each(|joint| joint.jacobian(q, s, out));
+    }
+
+    fn joint_label(&self, row: usize) -> String {
+        let mut first = 0;
+        for joint in &self.joints {
+            if row < first + joint.rows() {
+                return joint.label.clone();
+            }
+            first += joint.rows();
+        }
+        row.to_string()
     }
 
     fn scales(&self, q: &[T], v: &[T]) -> Scales<T> {
@@ -238,9 +325,19 @@ impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for RigidBodies<T> {
     }
 
     fn contact_label(&self, contact: ContactId) -> String {
+        let label = |contactor: usize| &self.contactors[contactor].label;
         match Pair::of(contact) {
-            Pair::Plane(i, j) => format!("{}|{}", self.contactors[i].label, self.planes[j].label),
-            Pair::Discs(i, j) => format!("{}|{}", self.contactors[i].label, self.contactors[j].label),
+            Pair::Plane { disc, plane } => format!("{}|{}", label(disc), self.planes[plane].label),
+            Pair::Corner { polygon, plane, vertex } => {
+                format!("{}/{vertex}|{}", label(polygon), self.planes[plane].label)
+            }
+            Pair::Discs(i, j) => format!("{}|{}", label(i), label(j)),
+            Pair::Features { a, b, features } => match features {
+                Features::VertexEdge(vertex, edge) => format!("{}/{vertex}|{}/{edge}", label(a), label(b)),
+                Features::EdgeVertex(vertex, edge) => format!("{}/{vertex}|{}/{edge}", label(b), label(a)),
+                Features::EdgeDisc(edge) => format!("{}|{}/{edge}", label(b), label(a)),
+                Features::VertexDisc(vertex) => format!("{}|{}/{vertex}", label(b), label(a)),
+            },
         }
     }
 

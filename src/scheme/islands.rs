@@ -1,0 +1,122 @@
+//! Islands: groups of contacts that W does not couple. Each is a cone problem of its own.
+//!
+//! Contacts share an island where a chain of blocks of W connects them: bodies in touch make one island, fixed obstacles
+//! connect nothing. The solution of the whole problem is that of its islands, so that a difficult island costs no
+//! iterations elsewhere, and one that is at rest costs a residual: where the percussions of the last step still solve it
+//! they are kept, as every solver would keep them.
+
+use nalgebra::SVector;
+
+use crate::cone::{BlockMatrix, ConeProblem};
+use crate::scalar::Scalar;
+use crate::solver::{ConeSolver, Solution, SolveError};
+
+/// The islands of a problem, and the buffers of one.
+#[derive(Debug)]
+pub(super) struct Islands<T: Scalar, const D: usize> {
+    /// A contact of the same island, itself for the one that stands for it.
+    parent: Vec<usize>,
+    /// Contacts, island by island, and the ends of the islands.
+    order: Vec<usize>,
+    ends: Vec<usize>,
+    /// Place of a contact in its island.
+    place: Vec<usize>,
+    problem: ConeProblem<T, D>,
+    start: Vec<SVector<T, D>>,
+    percussions: Vec<SVector<T, D>>,
+}
+
+impl<T: Scalar, const D: usize> Default for Islands<T, D> {
+    fn default() -> Self {
+        let (parent, order, ends, place) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let problem = ConeProblem::default();
+        Self { parent, order, ends, place, problem, start: Vec::new(), percussions: Vec::new() }
+    }
+}
+
+impl<T: Scalar, const D: usize> Islands<T, D> {
+    fn root(&mut self, mut contact: usize) -> usize {
+        while self.parent[contact] != contact {
+            let up = self.parent[self.parent[contact]];
+            self.parent[contact] = up;
+            contact = up;
+        }
+        contact
+    }
+
+    /// Finds the islands of `w` and returns their number.
+    pub(super) fn split(&mut self, w: &BlockMatrix<T, D>) -> usize {
+        let contacts = w.rows();
+        self.parent.clear();
+        self.parent.extend(0..contacts);
+        for i in 0..contacts {
+            for (j, _) in w.row(i).take_while(|&(j, _)| j < i) {
+                let (a, b) = (self.root(i), self.root(j));
+                // The smallest contact stands for its island, so that islands come in the order of their contacts.
+                self.parent[a.max(b)] = a.min(b);
+            }
+        }
+        for i in 0..contacts {
+            let root = self.root(i);
+            self.parent[i] = root;
+        }
+        let Self { parent, order, ends, place, .. } = self;
+        order.clear();
+        order.extend(0..contacts);
+        order.sort_unstable_by_key(|&contact| (parent[contact], contact));
+        place.resize(contacts, 0);
+        ends.clear();
+        let mut first = 0;
+        for (k, &contact) in order.iter().enumerate() {
+            if k > 0 && parent[contact] != parent[order[k - 1]] {
+                ends.push(k);
+                first = k;
+            }
+            place[contact] = k - first;
+        }
+        ends.push(contacts);
+        ends.len()
+    }
+
+    /// Solves the islands found by [`split`](Self::split) one by one.
+    ///
+    /// # Errors
+    /// The number of contacts of the island that was not solved, and why.
+    pub(super) fn solve(
+        &mut self,
+        whole: &ConeProblem<T, D>,
+        start: &[SVector<T, D>],
+        r: &mut [SVector<T, D>],
+        solver: &mut impl ConeSolver<T, D>,
+    ) -> Result<Solution<T>, (usize, SolveError)> {
+        let (mut iterations, mut first) = (0, 0);
+        for &end in &self.ends {
+            let island = &self.order[first..end];
+            let (w, b, friction) = self.problem.parts_mut();
+            w.clear();
+            b.clear();
+            friction.clear();
+            self.start.clear();
+            for &contact in island {
+                w.start_row();
+                whole.delassus().row(contact).for_each(|(j, block)| w.push(self.place[j], *block));
+                b.push(whole.b()[contact]);
+                friction.push(whole.friction()[contact]);
+                self.start.push(start[contact]);
+            }
+            self.percussions.clear();
+            self.percussions.extend_from_slice(&self.start);
+            // Written so that a NaN goes to the solver, which refuses it by name.
+            let kept = self.problem.residual(&self.start).scaled <= solver.stopping().tolerance;
+            if !kept {
+                let solved = solver.solve(&self.problem, &self.start, &mut self.percussions);
+                iterations += solved.map_err(|error| (island.len(), error))?.iterations;
+            }
+            for (&contact, &percussion) in island.iter().zip(&self.percussions) {
+                r[contact] = percussion;
+            }
+            first = end;
+        }
+        Ok(Solution { iterations, residual: whole.residual(r) })
+    }
+}

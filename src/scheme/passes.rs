@@ -1,0 +1,103 @@
+//! The passes of a step whose terms depend on its end: joints and nonlinear systems.
+
+use super::nonlinear::Start;
+use super::record::{Next, State};
+use super::{Settings, StepError, ThetaScheme};
+use crate::laws::ContactLaw;
+use crate::linalg::max_abs;
+use crate::scalar::{Scalar, all_finite, epsilon, lit, to_f64};
+use crate::solver::ConeSolver;
+use crate::system::MechanicalSystem;
+
+/// Most passes of a step. Each gains a factor of the order of h‖ω‖, so that a sound step takes three to five.
+const MOST_PASSES: usize = 50;
+
+/// Rounding of the positions that joints compare, in ε of the largest: they are sums of a few products.
+const ROUNDING: f64 = 64.0;
+
+/// What is to be left of the equations of motion, in ε of their largest term.
+const EQUATIONS: f64 = 8.0;
+
+/// What rounding may leave of the equations of motion where M̂ is badly conditioned, in ε: once a pass gains nothing more,
+/// this is enough. The balance (56) shows it.
+const STAGNATION: f64 = 4096.0;
+
+impl<'a, T: Scalar> Start<'a, T> {
+    pub(super) fn of(state: &'a State<T>, settings: &Settings<T>, force: &'a [T]) -> Self {
+        let Settings { theta, step, .. } = *settings;
+        Self { time: state.time, step, theta, q: &state.q, v: &state.v, force }
+    }
+}
+
+impl<T, const D: usize, S, L, V> ThetaScheme<T, D, S, L, V>
+where
+    T: Scalar,
+    S: MechanicalSystem<T, D>,
+    L: ContactLaw<T, D>,
+    V: ConeSolver<T, D>,
+{
+    /// F_{k+θ}, the end of the prescribed motions, v_{k+θ} ← v_k elsewhere as a first guess, and the iteration matrix of
+    /// a nonlinear system.
+    pub(super) fn start_passes(&mut self) -> Result<(), StepError> {
+        let Self { system, settings, state, next, free, .. } = self;
+        let Settings { theta, step: h, .. } = *settings;
+        let Next { q, v, v_theta, v_free, force, scratch, .. } = next;
+        system.forces().averaged(state.time, h, theta, force, scratch);
+        if let Some(prescribed) = system.prescribed() {
+            prescribed.set(state.time + h, h, theta, q, v);
+        }
+        let other = T::one() - theta;
+        for i in *free..v.len() {
+            v_theta[i] = other * state.v[i] + theta * v[i];
+            v_free[i] = v[i];
+        }
+        v[..*free].copy_from_slice(&state.v[..*free]);
+        v_theta[..*free].copy_from_slice(&state.v[..*free]);
+        if !all_finite(&*force) {
+            return Err(self.state_error("F", &self.next.force));
+        }
+        self.passes = 0;
+        if let (Some(nonlinear), Some(dynamics)) = (&mut self.nonlinear, system.nonlinear()) {
+            let start = Start::of(state, settings, force);
+            let speed = nalgebra::RealField::max(self.scales.speed, max_abs(&state.v));
+            if !nonlinear.linearise(dynamics, start, speed, &mut self.factor) {
+                let (step, time) = self.place();
+                return Err(StepError::Mass { step, time });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the pass leaves nothing to iterate for.
+    pub(super) fn is_last_pass(&mut self) -> Result<bool, StepError> {
+        let Self { system, settings, state, next, joints, .. } = self;
+        let mut worst = None::<(&'static str, T, T)>;
+        let rounding = lit::<T>(ROUNDING) * epsilon::<T>();
+        if !joints.is_empty() {
+            let (opening, _) = joints.opening(system, &state.q, &next.q);
+            let tolerance = rounding * nalgebra::RealField::max(self.scales.length, max_abs(&next.q));
+            // Written so that a NaN goes on.
+            if !(opening <= tolerance) {
+                worst = Some(("the opening of a joint", opening, tolerance));
+            }
+        }
+        if let (Some(nonlinear), Some(dynamics)) = (&mut self.nonlinear, system.nonlinear()) {
+            let start = Start::of(state, settings, &next.force);
+            let left_over = nonlinear.left_over(dynamics, start, &next.v, &next.impulse);
+            let stagnates = self.passes > 3 && left_over >= self.left_over * lit::<T>(0.5);
+            let enough = lit::<T>(if stagnates { STAGNATION } else { EQUATIONS }) * epsilon::<T>();
+            self.left_over = left_over;
+            if !(left_over <= enough) {
+                worst = Some(("the residual of the equations of motion", left_over, enough));
+            }
+        }
+        let Some((what, left_over, tolerance)) = worst else { return Ok(true) };
+        self.passes += 1;
+        if self.passes < MOST_PASSES {
+            return Ok(false);
+        }
+        let ((step, time), passes) = (self.place(), self.passes);
+        let (left_over, tolerance) = (to_f64(left_over), to_f64(tolerance));
+        Err(StepError::Iteration { step, time, what, left_over, tolerance, passes })
+    }
+}

@@ -1,0 +1,102 @@
+//! Joints between planar bodies: pins and welds.
+//!
+//! A pin holds a point of one body on a point of another, φ(q) = x_a + R(γ_a) ā − x_b − R(γ_b) b̄ = 0; a weld holds
+//! the relative angle as well. Its rows Ḡ are the discrete derivative of φ: over a step s, as
+//! R(γ + Δ) − R(γ) = (sin(Δ/2)/(Δ/2)) R′(γ + Δ/2) Δ exactly,
+//!
+//! ```text
+//!   φ(q + s) − φ(q) = Ḡ(q, s) s,     Ḡ with the lever arms (sin(Δ/2)/(Δ/2)) R(γ + Δ/2) ā
+//! ```
+//!
+//! so that Ḡ v_{k+θ} = 0 keeps φ where it was to rounding, and does no work at that.
+
+use nalgebra::{SVector, Vector1, Vector2};
+
+use crate::linalg::BlockRows;
+use crate::scalar::{Scalar, lit};
+
+/// A joint of the scene.
+#[derive(Debug, Clone)]
+pub(super) struct Joint<T> {
+    pub(super) label: String,
+    pub(super) a: Side<T>,
+    /// A body, or a fixed point.
+    pub(super) b: Side<T>,
+    /// γ_a − γ_b of a weld.
+    pub(super) angle: Option<T>,
+}
+
+/// A point of a body, or of the ground.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Side<T> {
+    pub(super) body: Option<usize>,
+    pub(super) point: Vector2<T>,
+}
+
+/// R(γ) x.
+fn turned<T: Scalar>(x: &Vector2<T>, angle: T) -> Vector2<T> {
+    let (sin, cos) = nalgebra::ComplexField::sin_cos(angle);
+    Vector2::new(cos * x.x - sin * x.y, sin * x.x + cos * x.y)
+}
+
+impl<T: Scalar> Side<T> {
+    fn position(&self, q: &[T]) -> Vector2<T> {
+        match self.body {
+            None => self.point,
+            Some(body) => Vector2::new(q[3 * body], q[3 * body + 1]) + turned(&self.point, q[3 * body + 2]),
+        }
+    }
+
+    fn angle(&self, q: &[T]) -> T {
+        self.body.map_or_else(T::zero, |body| q[3 * body + 2])
+    }
+
+    /// The mean lever arm over a turn from γ to γ + `turn`.
+    fn mean_arm(&self, angle: T, turn: T) -> Vector2<T> {
+        let half = turn * lit::<T>(0.5);
+        let middle = turned(&self.point, angle + half);
+        // sin x / x = 1 − x²/6 + …: below √ε the quotient is 1 to rounding.
+        let tiny = nalgebra::ComplexField::abs(half) <= lit(1e-9);
+        if tiny { middle } else { middle * (nalgebra::ComplexField::sin(half) / half) }
+    }
+}
+
+impl<T: Scalar> Joint<T> {
+    /// Scalar rows of the joint.
+    pub(super) fn rows(&self) -> usize {
+        if self.angle.is_some() { 3 } else { 2 }
+    }
+
+    /// φ(q), m and rad.
+    pub(super) fn residual(&self, q: &[T], out: &mut [T]) {
+        let gap = self.a.position(q) - self.b.position(q);
+        out[..2].copy_from_slice(gap.as_slice());
+        if let Some(angle) = self.angle {
+            out[2] = self.a.angle(q) - self.b.angle(q) - angle;
+        }
+    }
+
+    /// Appends the rows Ḡ(q, s).
+    pub(super) fn jacobian(&self, q: &[T], s: &[T], out: &mut BlockRows<T, 1>) {
+        let sides = [(&self.a, T::one()), (&self.b, -T::one())];
+        let one = |x: T| -> SVector<T, 1> { Vector1::new(x) };
+        for axis in 0..2 {
+            out.start_row();
+            for (side, sign) in sides {
+                let Some(body) = side.body else { continue };
+                let i = 3 * body;
+                let arm = side.mean_arm(q[i + 2], s[i + 2]);
+                out.push(i + axis, one(sign));
+                out.push(i + 2, one(sign * if axis == 0 { -arm.y } else { arm.x }));
+            }
+        }
+        if self.angle.is_some() {
+            out.start_row();
+            for (side, sign) in sides {
+                if let Some(body) = side.body {
+                    out.push(3 * body + 2, one(sign));
+                }
+            }
+        }
+    }
+}
