@@ -39,8 +39,8 @@ fn scene(pairs: std::ops::Range<usize>) -> Scheme {
 
 #[test]
 fn a_pair_of_squares_does_not_feel_the_others() {
-    const PAIRS: usize = 10;
-    const STEPS: usize = 150;
+    const PAIRS: usize = 30;
+    const STEPS: usize = 400;
     let mut together = scene(0..PAIRS);
     let mut most = 0;
     for _ in 0..STEPS {
