@@ -81,7 +81,10 @@ fn with_joints_kanes_impact_is_that_of_minimal_coordinates_under_every_solver() 
             let balance = match scheme.step() {
                 Ok(step) => step.balance,
                 // First-order methods end within rounding of the tolerance, on either side of it.
-                Err(StepError::Solve { source: SolveError::NotConverged { residual, tolerance, .. }, .. }) => {
+                Err(StepError::Solve {
+                    source: SolveError::NotConverged { residual, tolerance, .. },
+                    ..
+                }) => {
                     assert!(residual <= 1.01 * tolerance, "{}: {residual:e}", description.name);
                     continue;
                 }
@@ -99,7 +102,8 @@ fn joints_stay_closed_and_do_no_work() {
     for (law, e, theta) in [("fremond", 0.5, 0.5), ("fremond", 0.2, 0.7), ("moreau", 0.5, 2.0 / 3.0)] {
         let state = rods([1.2, 0.4], [0.0, 2.0]);
         let system = pinned(1.7, 9.81).build().expect("two rods");
-        let mut scheme = scheme(system, (law, e, 0.3), "hybrid", (theta, 1e-3), state).expect("a valid setup");
+        let mut scheme =
+            scheme(system, (law, e, 0.3), "hybrid", (theta, 1e-3), state).expect("a valid setup");
         let (mut impacts, mut passes) = (0, 0);
         for k in 0..5000 {
             let step = scheme.step().unwrap_or_else(|error| panic!("{law}: {error}"));
@@ -120,8 +124,10 @@ fn the_pinned_pendulum_moves_as_the_one_of_minimal_coordinates() {
     let (start, rates) = ([1.0, -0.5], [0.0, 1.0]);
     let difference = |h: f64| {
         let system = pinned(10.0, 9.81).build().expect("two rods");
-        let mut joints = scheme(system, ("newton", 0.5, 0.0), "nsgs", (0.5, h), rods(start, rates)).expect("valid");
-        let free = NonlinearLagrangian::<f64, 2>::new(DoublePendulum { gravity: 9.81 }, &start).expect("symmetric");
+        let mut joints =
+            scheme(system, ("newton", 0.5, 0.0), "nsgs", (0.5, h), rods(start, rates)).expect("valid");
+        let free =
+            NonlinearLagrangian::<f64, 2>::new(DoublePendulum { gravity: 9.81 }, &start).expect("symmetric");
         let state = (start.to_vec(), rates.to_vec());
         let mut minimal = scheme(free, ("newton", 0.5, 0.0), "nsgs", (0.5, h), state).expect("valid");
         for _ in 0..(1.0 / h).round() as usize {

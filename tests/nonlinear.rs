@@ -89,10 +89,10 @@ fn stick(law: &str, theta: f64, h: f64) -> Scheme {
 fn the_spinning_rod_bounces_as_the_rigid_body_does_and_its_balance_closes() {
     // Event-driven limits of the tangential works at the two impacts; the scheme reaches them with order one.
     let h = 1e-5;
-    for (law, expected) in [("newton", [7.07557531928671e-4, -5.96201880021998e-4]), (
-        "fremond",
-        [-6.77436191397145e-4, -6.24721696746364e-4],
-    )] {
+    for (law, expected) in [
+        ("newton", [7.07557531928671e-4, -5.96201880021998e-4]),
+        ("fremond", [-6.77436191397145e-4, -6.24721696746364e-4]),
+    ] {
         let mut rod = stick(law, 0.5, h);
         let (mut works, mut passes) = (Vec::new(), 0);
         for _ in 0..20_000 {
@@ -148,7 +148,8 @@ impl Dynamics<f64> for Damped {
 #[test]
 fn the_midpoint_conserves_the_energy_of_the_free_double_pendulum_at_any_step() {
     for h in [1e-3, 1e-2, 5e-2] {
-        let free = NonlinearLagrangian::new(DoublePendulum { gravity: 9.81 }, &[0.0, 0.0]).expect("symmetric");
+        let free =
+            NonlinearLagrangian::new(DoublePendulum { gravity: 9.81 }, &[0.0, 0.0]).expect("symmetric");
         let mut scheme = scheme(free, ("newton", 0.0, 0.0), (0.5, h), (&[2.0, -1.0], &[0.0, 3.0]));
         let start = scheme.last_step().energies.mechanical();
         for k in 0..2000 {
@@ -185,7 +186,8 @@ fn the_balance_closes_for_any_theta_with_damping_and_a_force() {
 #[test]
 fn the_free_motion_converges_with_order_two() {
     let end = |h: f64| {
-        let free = NonlinearLagrangian::new(DoublePendulum { gravity: 9.81 }, &[0.0, 0.0]).expect("symmetric");
+        let free =
+            NonlinearLagrangian::new(DoublePendulum { gravity: 9.81 }, &[0.0, 0.0]).expect("symmetric");
         let mut scheme = scheme(free, ("newton", 0.0, 0.0), (0.5, h), (&[1.0, -0.5], &[0.0, 1.0]));
         for _ in 0..(1.0 / h).round() as usize {
             scheme.step().expect("no contact");
