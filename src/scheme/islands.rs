@@ -11,6 +11,9 @@ use crate::cone::{BlockMatrix, ConeProblem};
 use crate::scalar::Scalar;
 use crate::solver::{ConeSolver, Solution, SolveError};
 
+/// Problems up to this many contacts are solved whole: to split them costs what it saves.
+pub(super) const WORTH_SPLITTING: usize = 16;
+
 /// The islands of a problem, and the buffers of one.
 #[derive(Debug)]
 pub(super) struct Islands<T: Scalar, const D: usize> {

@@ -2,6 +2,7 @@
 
 use nalgebra::SVector;
 
+use super::islands::WORTH_SPLITTING;
 use super::nonlinear::Start;
 use super::record::Next;
 use super::{ActivationRule, ContactStep, Part, Settings, Step, StepError, ThetaScheme};
@@ -176,7 +177,7 @@ where
             return Ok(None);
         }
         let Self { problem, islands, warm_start, percussions, solver, .. } = self;
-        let solved = if islands.split(problem.delassus()) > 1 {
+        let solved = if contacts > WORTH_SPLITTING && islands.split(problem.delassus()) > 1 {
             islands.solve(problem, warm_start, percussions, solver)
         } else {
             solver.solve(problem, warm_start, percussions).map_err(|source| (contacts, source))

@@ -20,7 +20,7 @@ fn resident() -> Option<f64> {
 }
 
 fn long(choice: &Choice<'_>) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+    let mut outcome = Outcome { budget: 600.0, ..Outcome::default() };
     let quick = ["hybrid", "nsgs"].contains(&choice.solver);
     let steps: usize = match (choice.full, quick) {
         (true, true) => 10_000_000,

@@ -50,6 +50,8 @@ pub(crate) struct Outcome {
     pub(crate) iterations: usize,
     /// Time in the steps (s).
     pub(crate) seconds: f64,
+    /// More wall time than a run may take by default (s).
+    pub(crate) budget: f64,
 }
 
 impl Outcome {
@@ -107,7 +109,7 @@ pub(crate) fn theta<T: Scalar, const D: usize>(law: &dyn ContactLaw<T, D>) -> T 
 /// Wall time a single solve may take (s): beyond it a solver is of no use in a step.
 const SOLVE_SECONDS: f64 = 5.0;
 
-/// Wall time the steps of a run may take (s).
+/// Wall time the steps of a run may take by default (s).
 const RUN_SECONDS: f64 = 60.0;
 
 /// The solver of the choice with a tolerance (the scalar's default where that is coarser).
@@ -167,8 +169,10 @@ pub(crate) fn drive<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
         }
         outcome.steps += 1;
         after(scheme);
-        if done % 64 == 0 && outcome.seconds + start.elapsed().as_secs_f64() > RUN_SECONDS {
-            return Err(format!("stopped after {} of {steps} steps: {RUN_SECONDS} s are over", done + 1));
+        if done % 64 == 0 && outcome.seconds + start.elapsed().as_secs_f64() > outcome.budget.max(RUN_SECONDS)
+        {
+            let budget = outcome.budget.max(RUN_SECONDS);
+            return Err(format!("stopped after {} of {steps} steps: {budget} s are over", done + 1));
         }
     }
     outcome.seconds += spent;
