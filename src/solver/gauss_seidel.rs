@@ -82,7 +82,7 @@ impl<T: Scalar> GaussSeidel<T> {
         &self.sizes
     }
 
-    /// One sweep; returns Σ λ_max(W_αα)² ‖Δr_α‖², what the sweep changed as a velocity squared.
+    /// One sweep; returns Σ ‖W_αα Δr_α‖², what the sweep changed as a velocity squared.
     ///
     /// A problem in factored form is swept with H and the velocities where M̂ is block-diagonal; a coupled M̂ would
     /// need a solve per contact, so that W is formed.
@@ -92,13 +92,13 @@ impl<T: Scalar> GaussSeidel<T> {
         r: &mut [SVector<T, D>],
         reverse: bool,
     ) -> T {
-        let Self { sizes, contacts, product } = self;
+        let Self { contacts, product, .. } = self;
         match problem.factors().and_then(|factors| Some((factors, factors.weighted()?))) {
             Some((factors, weighted)) => {
                 let velocities = factors.velocities(r, product);
-                run(Bodies { factors, weighted, velocities }, problem, r, reverse, (contacts, sizes))
+                run(Bodies { factors, weighted, velocities }, problem, r, reverse, contacts)
             }
-            None => run(Formed(problem.delassus()), problem, r, reverse, (contacts, sizes)),
+            None => run(Formed(problem.delassus()), problem, r, reverse, contacts),
         }
     }
 }
@@ -109,7 +109,7 @@ fn run<T: Scalar, const D: usize>(
     problem: &ConeProblem<T, D>,
     r: &mut [SVector<T, D>],
     reverse: bool,
-    (contacts, sizes): (&mut OneContactSolvers<T>, &[T]),
+    contacts: &mut OneContactSolvers<T>,
 ) -> T {
     let (b, m) = (problem.b(), r.len());
     let mut total = T::zero();
@@ -120,7 +120,8 @@ fn run<T: Scalar, const D: usize>(
         let now = contacts.solve(i, &others);
         r[i] = now;
         rows.change(i, &before, &now);
-        total += sizes[i] * sizes[i] * (now - before).norm_squared();
+        // W_αα Δr and not λ_max ‖Δr‖: wedged contacts shift percussions that move nothing.
+        total += (problem.diagonal(i) * (now - before)).norm_squared();
     }
     total
 }
