@@ -143,7 +143,10 @@ fn entities(cursor: &mut Cursor<'_>, content: &mut Content) -> Result<(), MeshEr
 
 fn nodes_4(cursor: &mut Cursor<'_>, content: &mut Content) -> Result<(), MeshError> {
     let blocks = cursor.size()?;
-    (cursor.size()?, cursor.size()?, cursor.size()?);
+    // How many in all, and the range of their tags, which the blocks tell as well.
+    for _ in 0..3 {
+        cursor.size()?;
+    }
     for _ in 0..blocks {
         let (dimension, _entity, parametric) = (cursor.int()?, cursor.int()?, cursor.int()?);
         let count = cursor.size()?;
@@ -187,7 +190,10 @@ fn node_count(element: u64, kind: i64) -> Result<usize, MeshError> {
 
 fn elements_4(cursor: &mut Cursor<'_>, content: &mut Content) -> Result<(), MeshError> {
     let blocks = cursor.size()?;
-    (cursor.size()?, cursor.size()?, cursor.size()?);
+    // How many in all, and the range of their tags, which the blocks tell as well.
+    for _ in 0..3 {
+        cursor.size()?;
+    }
     for _ in 0..blocks {
         let (dimension, entity, kind) = (cursor.int()?, cursor.int()?, cursor.int()?);
         let count = cursor.size()?;

@@ -39,6 +39,9 @@ pub enum ElasticError {
     },
 }
 
+/// A signal with the forces that it scales, by degree of freedom.
+type Load<T> = (Signal<T>, Vec<(usize, T)>);
+
 /// Component of a displacement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axis {
@@ -274,7 +277,7 @@ impl<T: Scalar> ElasticBodyBuilder<T> {
                 / lit::<T>(nodes.len() as f64);
             add_dof_pairs(nodes, dimension, &dofs, |dof, axis| weight[dof] += share * self.gravity[axis]);
         }
-        let mut varying: Vec<(Signal<T>, Vec<(usize, T)>)> = Vec::new();
+        let mut varying: Vec<Load<T>> = Vec::new();
         for (group, stress, signal) in &self.tractions {
             let mut load = vec![T::zero(); components];
             for element in mesh.group_elements(group, dimension - 1)? {

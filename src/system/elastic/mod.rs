@@ -222,10 +222,10 @@ impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for ElasticBody<T> {
         let contact = self.geometry.contacts[contact.0 as usize];
         let normal = self.geometry.obstacles[contact.obstacle].normal;
         let frame = [normal, Vector2::new(normal.y, -normal.x)];
-        for axis in 0..self.geometry.mesh.dimension() {
+        (0..self.geometry.mesh.dimension()).for_each(|axis| {
             let column = SVector::<T, D>::from_fn(|row, _| frame[row][axis]);
             out.push(self.geometry.dof(contact.node, axis), column);
-        }
+        });
     }
 
     fn scales(&self, _q: &[T], v: &[T]) -> Scales<T> {
