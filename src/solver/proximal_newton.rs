@@ -236,7 +236,7 @@ impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
                 }
                 attempt.next(steps, problem.contacts());
                 inner.restart(scaled, best, attempt.number);
-                schedule = Schedule::new(lit(if attempt.number % 2 == 0 { 1e-4 } else { 1e-8 }));
+                schedule = Schedule::new(lit(if attempt.number.is_multiple_of(2) { 1e-4 } else { 1e-8 }));
             }
         }
         scaled.leave(best, r);
