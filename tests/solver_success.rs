@@ -13,8 +13,9 @@ fn family<T: Scalar, const D: usize>(name: &str, friction: f64, singular: bool, 
     let (mut solved, mut iterations, mut worst, mut most) = (0, 0, 0.0f64, 0);
     let clock = std::time::Instant::now();
     for seed in 0..count as u64 {
-        let m = 1 + (stream.uniform() * number("CONTACTS", 10.0)) as usize;
-        let freedom = if singular { 1 + (stream.uniform() * (m * D) as f64) as usize } else { m * D + 2 };
+        let m = 1 + (stream.uniform(0.0, 1.0) * number("CONTACTS", 10.0)) as usize;
+        let freedom =
+            if singular { 1 + (stream.uniform(0.0, 1.0) * (m * D) as f64) as usize } else { m * D + 2 };
         let recipe = Recipe { seed, contacts: m, freedom, friction, decades: number("DECADES", 1.0) };
         let problem = random::<T, D>(&recipe);
         let start = vec![SVector::zeros(); m];

@@ -1,33 +1,15 @@
 //! Random impacts through the whole step: random systems, contacts, laws and θ.
 
+#[path = "../../tests/mechanics/stream.rs"]
+mod stream;
+
 use nalgebra::{DMatrix, SVector};
 use nonsmooth::laws::{self, ContactLaw};
 use nonsmooth::linalg::Symmetric;
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, StepError, ThetaScheme};
 use nonsmooth::solver::{self, ConeSolver, Stopping};
 use nonsmooth::system::{Lagrangian, SmoothGap};
-
-/// A reproducible stream of numbers (SplitMix64; Steele, Lea & Flood 2014, doi:10.1145/2660193.2660195).
-pub(crate) struct Stream(pub(crate) u64);
-
-impl Stream {
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    /// Uniform in [a, b).
-    fn uniform(&mut self, a: f64, b: f64) -> f64 {
-        a + (b - a) * ((self.bits() >> 11) as f64 / (1u64 << 53) as f64)
-    }
-
-    /// One of 0..n.
-    fn below(&mut self, n: usize) -> usize {
-        (self.bits() % n as u64) as usize
-    }
-}
+pub(crate) use stream::Stream;
 
 /// What a number of impacts gave.
 #[derive(Debug, Clone)]

@@ -3,6 +3,7 @@
 use nalgebra::{ComplexField, SVector};
 
 use super::complementarity::{Formulation, Linearised, linearise, value};
+use super::newton::spread;
 use super::newton_matrix::NewtonMatrix;
 use super::scaling::Scaled;
 use super::watchdog::Watchdog;
@@ -287,21 +288,10 @@ impl<T: Scalar, const D: usize> SemismoothNewton<T, D> {
         }
         let square = self.best.iter().fold(T::zero(), |sum, r| sum + r.norm_squared());
         let size = ComplexField::sqrt(square / lit::<T>(m as f64)) + T::one();
-        // The quadratic Weyl sequence 2 frac(φ n²) in [0, 2).
-        let mut n = (attempt * D * m) as f64;
-        let mut next = || {
-            n += 1.0;
-            2.0 * (GOLDEN * n * n).fract()
-        };
-        for (r, &mu) in self.r.iter_mut().zip(self.scaled.problem().friction()) {
-            r[0] = size * lit::<T>(next());
-            (1..D).for_each(|d| r[d] = mu * r[0] * lit::<T>(2.0 * next() - 2.0));
-        }
+        spread(&mut self.r, self.scaled.problem().friction(), size, attempt);
     }
 }
 
-/// The fractional part of the golden ratio.
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// Default budget of Newton steps.
 const DEFAULT_STEPS: usize = 4_000;
 /// Newton steps of the first proximal attempt before another start is tried, and of the later ones.

@@ -1,31 +1,13 @@
 //! Random cone problems that have a solution: W = H M⁻¹ Hᵀ with one velocity that separates every contact.
 
+#[path = "../mechanics/stream.rs"]
+mod stream;
+
 use nalgebra::{DMatrix, SMatrix, SVector};
 use nonsmooth::cone::{BlockMatrix, ConeProblem};
 use nonsmooth::scalar::{Scalar, lit};
-
-/// A reproducible stream of numbers (SplitMix64; Steele, Lea & Flood 2014, doi:10.1145/2660193.2660195).
-pub(crate) struct Stream(pub(crate) u64);
-
-impl Stream {
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    /// Uniform in [0, 1).
-    pub(crate) fn uniform(&mut self) -> f64 {
-        (self.bits() >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    /// Standard normal (Box–Muller).
-    pub(crate) fn normal(&mut self) -> f64 {
-        let (u, v) = (1.0 - self.uniform(), self.uniform());
-        (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
-    }
-}
+#[allow(unused_imports)]
+pub(crate) use stream::Stream;
 
 /// What a random problem looks like.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,7 +30,7 @@ pub(crate) struct Recipe {
 pub(crate) fn random<T: Scalar, const D: usize>(recipe: &Recipe) -> ConeProblem<T, D> {
     let Recipe { seed, contacts: m, freedom: n, friction, decades } = *recipe;
     let mut stream = Stream(seed);
-    let size = |stream: &mut Stream| 10f64.powf(decades * (stream.uniform() - 0.5));
+    let size = |stream: &mut Stream| 10f64.powf(decades * (stream.uniform(0.0, 1.0) - 0.5));
     let inverse_mass: Vec<f64> = (0..n).map(|_| size(&mut stream)).collect();
     let mut h = DMatrix::<f64>::zeros(m * D, n);
     for i in 0..m {

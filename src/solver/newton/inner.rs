@@ -13,8 +13,6 @@ const FREE_STEPS: usize = 6;
 /// Line-search steps before full steps are tried again.
 const GUARDED_STEPS: usize = 2;
 const HALVINGS: usize = 12;
-/// The fractional part of the golden ratio.
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// Merits the non-monotone line search compares with.
 const MEMORY: usize = 4;
 
@@ -81,20 +79,10 @@ impl<T: Scalar, const D: usize> Inner<T, D> {
         best: &[SVector<T, D>],
         attempt: usize,
     ) {
-        let m = self.r.len();
         let square = best.iter().fold(T::zero(), |sum, r| sum + r.norm_squared());
         let reach = [1.0, 10.0, 0.1, 100.0][attempt % 4];
-        let size = (ComplexField::sqrt(square / from_usize::<T>(m)) + T::one()) * lit::<T>(reach);
-        // The quadratic Weyl sequence 2 frac(φ n²) in [0, 2).
-        let mut n = (attempt * D * m) as f64;
-        let mut next = || {
-            n += 1.0;
-            2.0 * (GOLDEN * n * n).fract()
-        };
-        for (r, &mu) in self.r.iter_mut().zip(problem.friction()) {
-            r[0] = size * lit::<T>(next());
-            (1..D).for_each(|d| r[d] = mu * r[0] * lit::<T>(2.0 * next() - 2.0));
-        }
+        let size = (ComplexField::sqrt(square / from_usize::<T>(best.len())) + T::one()) * lit::<T>(reach);
+        spread(&mut self.r, problem.friction(), size, attempt);
         problem.velocity(&self.r, &mut self.w);
     }
 
@@ -211,5 +199,27 @@ impl<T: Scalar, const D: usize> Inner<T, D> {
             std::mem::swap(&mut self.w, &mut self.trial_w);
         }
         length
+    }
+}
+
+/// The fractional part of the golden ratio.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+/// Percussions of about `size` spread over the cones by the quadratic Weyl sequence 2 frac(φ n²) in [0, 2), elsewhere for
+/// every `attempt`.
+pub(in crate::solver) fn spread<T: Scalar, const D: usize>(
+    r: &mut [SVector<T, D>],
+    friction: &[T],
+    size: T,
+    attempt: usize,
+) {
+    let mut n = (attempt * D * r.len()) as f64;
+    let mut next = || {
+        n += 1.0;
+        2.0 * (GOLDEN * n * n).fract()
+    };
+    for (r, &mu) in r.iter_mut().zip(friction) {
+        r[0] = size * lit::<T>(next());
+        (1..D).for_each(|d| r[d] = mu * r[0] * lit::<T>(2.0 * next() - 2.0));
     }
 }

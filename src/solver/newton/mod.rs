@@ -6,6 +6,6 @@ mod inner;
 mod maps;
 mod scaled;
 
-pub(super) use inner::{Inner, Outcome};
+pub(super) use inner::{Inner, Outcome, spread};
 pub(super) use maps::Map;
 pub(super) use scaled::Scaled;
