@@ -34,6 +34,8 @@ pub mod scene;
 pub mod scheme;
 pub mod simulate;
 pub mod solver;
+#[cfg(feature = "study")]
+pub mod study;
 #[cfg(feature = "suite")]
 pub mod suite;
 pub mod system;

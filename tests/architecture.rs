@@ -22,6 +22,13 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("fclib", &["cone", "file", "linalg", "scalar"]),
     ("scene", &["contact", "energy", "laws", "linalg", "mesh", "scalar", "scheme", "solver", "system"]),
     ("collection", &["cone", "fclib", "file", "plot", "scalar", "solver"]),
+    (
+        "study",
+        &[
+            "collection", "energy", "fclib", "file", "laws", "observe", "plot", "scalar", "scene", "scheme", "simulate",
+            "solver", "system",
+        ],
+    ),
     ("suite", &["cone", "laws", "linalg", "scalar", "scheme", "solver", "system"]),
     (
         "cli",
@@ -38,6 +45,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "scheme",
             "simulate",
             "solver",
+            "study",
             "system",
         ],
     ),

@@ -4,6 +4,15 @@ use indicatif::{ProgressBar, ProgressStyle};
 use nonsmooth::observe::{Frame, ObserveError, Observer};
 use nonsmooth::scalar::Scalar;
 
+/// A bar over the runs of a study.
+pub(super) fn runs_bar(runs: usize) -> ProgressBar {
+    let bar = ProgressBar::new(runs as u64);
+    if let Ok(style) = ProgressStyle::with_template("{wide_bar} {pos}/{len} runs, {eta} left") {
+        bar.set_style(style);
+    }
+    bar
+}
+
 /// Shows the steps of a run; hidden where the error stream is not a terminal.
 pub(super) struct Progress {
     bar: ProgressBar,

@@ -25,12 +25,7 @@ use super::checkpoint::{self, Checkpoint, Current};
 use super::frames::Frames;
 use super::progress::Progress;
 use super::shown::shown;
-use super::{RunArguments, report};
-
-/// A run ended before its end time because a step failed.
-const FAILED: u8 = 1;
-/// Interrupted by Ctrl-C.
-const INTERRUPTED: u8 = 130;
+use super::{FAILED, INTERRUPTED, RunArguments, report};
 
 /// The file `summary.json`.
 #[derive(Serialize)]

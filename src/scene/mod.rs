@@ -7,13 +7,15 @@
 
 mod build;
 mod error;
+mod fingerprint;
 mod format;
 mod names;
 mod plan;
 mod solid;
 
 pub use build::{Planar, build, contact_dimension};
-pub use error::SceneError;
+pub use error::{SceneError, line_and_column};
+pub use fingerprint::Fingerprint;
 pub use format::{
     ActivationRuleName, BodySpec, DiscSpec, HalfPlaneSpec, InterfaceSpec, JointSpec, OutputSpec, PolygonSpec,
     ScalarName, Scene, SolverSpec, TimeSpec,

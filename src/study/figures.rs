@@ -1,0 +1,82 @@
+//! The figures of a study of a scene.
+
+use super::lines::{MEASURES, Measure};
+use super::scene::SceneResults;
+use super::{Bin, Line};
+use crate::plot::{Dash, Figure, Marker, Panel, Series, Style};
+
+/// Size in pixels of a row of two panels over two journal columns.
+const ROW: (f64, f64) = (644.0, 250.0);
+
+/// Widths of a line, and of a marked one.
+const WIDTHS: (f64, f64) = (1.1, 2.6);
+
+const MARKERS: [Marker; 6] =
+    [Marker::Disc, Marker::Square, Marker::Triangle, Marker::Diamond, Marker::Cross, Marker::Circle];
+
+impl SceneResults {
+    /// Relative errors of q and v against CPU time, a line for each [`Line`]: a point is the h of a quarter of a decade,
+    /// their largest error at their median time. Single precision is dotted, the marked line wide.
+    pub fn speed_figure(&self) -> Figure {
+        let lines = self.lines();
+        let x = |bin: &Bin| bin.cpu_seconds;
+        let panels = MEASURES[..2].iter().enumerate().map(|(rank, measure)| {
+            let label = |line: &Line| if rank == 0 { self.name(line) } else { String::new() };
+            self.panel(&lines, measure, "CPU time (s)", x, label)
+        });
+        Figure::new(2, panels.collect()).size(ROW.0, ROW.1)
+    }
+
+    /// Relative errors against h, for adaptive runs the mean step; the legends tell the regressed orders.
+    pub fn order_figure(&self) -> Figure {
+        let lines = self.lines();
+        let known = |measure: &&Measure| lines.iter().any(|line| line.order(measure).is_some());
+        let panels = MEASURES.iter().filter(known).map(|measure| {
+            let label = |line: &Line| {
+                let order = line.order(measure).map_or("—".into(), |order| format!("{:.2}", order.slope));
+                let name = if line.label.is_empty() { "order" } else { &line.label };
+                format!("{name}: {order}").replace('-', "−")
+            };
+            self.panel(&lines, measure, "h (s)", |bin| bin.step, label)
+        });
+        Figure::new(2, panels.collect()).size(ROW.0, ROW.1)
+    }
+
+    fn name(&self, line: &Line) -> String {
+        match &self.mark {
+            Some(mark) if line.marked && !mark.label.is_empty() => format!("{} ({})", line.label, mark.label),
+            _ => line.label.clone(),
+        }
+    }
+
+    fn panel(
+        &self,
+        lines: &[Line],
+        measure: &Measure,
+        x_label: &str,
+        x: impl Fn(&Bin) -> f64,
+        label: impl Fn(&Line) -> String,
+    ) -> Panel {
+        let mut panel = Panel::new(measure.label, x_label, "relative error").log_log();
+        let mut schemes: Vec<&str> = Vec::new();
+        for line in lines {
+            if !schemes.contains(&line.scheme.as_str()) {
+                schemes.push(&line.scheme);
+            }
+        }
+        for line in lines {
+            let color = schemes.iter().position(|scheme| *scheme == line.scheme).unwrap_or_default();
+            let bins = line.envelope(measure);
+            let (x, y) = bins.iter().map(|bin| (x(bin), bin.error)).unzip();
+            let single = line.scalar == <f32 as crate::scalar::Scalar>::NAME;
+            let style = if single { Style::Line } else { Style::LineAndMarkers };
+            let series = Series::new(label(line), style, x, y)
+                .color(color)
+                .marker(MARKERS[color % MARKERS.len()])
+                .dash(if single { Dash::Dotted } else { Dash::Solid })
+                .width(if line.marked { WIDTHS.1 } else { WIDTHS.0 });
+            panel = panel.with(series);
+        }
+        panel
+    }
+}
