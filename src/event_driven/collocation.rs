@@ -22,14 +22,14 @@ pub(super) enum Tried {
     Rejected(f64),
 }
 
-/// Tries a step of length `h` from (q, v) at `time`.
+/// Tries a step of length `h` from (q, v) at `time`, with the tolerance on velocities relative to them or to `speed`.
 pub(super) fn step<S: MechanicalSystem<f64, D>, const D: usize>(
     dynamics: &mut Dynamics<S, D>,
     held: &[Held],
     (time, q, v): (f64, &[f64], &[f64]),
     totals: Totals,
     h: f64,
-    tolerance: f64,
+    (tolerance, speed): (f64, f64),
 ) -> Result<Tried, EventFailure> {
     let n = q.len();
     let basis = &*BASIS;
@@ -38,6 +38,7 @@ pub(super) fn step<S: MechanicalSystem<f64, D>, const D: usize>(
     let mut acceleration = vec![[0.0; STAGES]; n];
     let (mut q_j, mut v_j) = (q.to_vec(), v.to_vec());
     let mut previous = f64::INFINITY;
+    let heaviest = dynamics.weights.iter().fold(0.0_f64, |heaviest, w| heaviest.max(*w));
     let mut scale = 0.0_f64;
     for sweep in 0..SWEEPS {
         let mut change = 0.0_f64;
@@ -63,7 +64,8 @@ pub(super) fn step<S: MechanicalSystem<f64, D>, const D: usize>(
             return Ok(Tried::Rejected(0.1));
         }
         acceleration.iter_mut().zip(&values).for_each(|(a, values)| *a = basis.coefficients(values));
-        scale = 0.0;
+        // Below the speed of the scene errors count in its units: what rests moves by rounding.
+        scale = speed * heaviest;
         for (i, values) in values.iter().enumerate() {
             let largest = values.iter().fold(0.0_f64, |largest, a| largest.max(a.abs()));
             scale = scale.max(dynamics.weights[i] * v[i].abs().max(h * largest));

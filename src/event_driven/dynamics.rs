@@ -94,11 +94,6 @@ impl<S: MechanicalSystem<f64, D>, const D: usize> Dynamics<S, D> {
         self.rows.velocity(0, v)
     }
 
-    /// x ← M⁻¹ x.
-    pub(super) fn divide_by_mass(&mut self, x: &mut [f64]) {
-        self.factor.solve_in_place(x);
-    }
-
     /// H, M⁻¹Hᵀ and W of the contacts `ids`.
     pub(super) fn frame(
         &mut self,

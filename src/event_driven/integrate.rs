@@ -391,7 +391,14 @@ where
         }
         let piece = loop {
             let state = (self.time, &*self.q, &*self.v);
-            match step(&mut self.dynamics, &self.held, state, self.totals, h, self.settings.tolerance)? {
+            match step(
+                &mut self.dynamics,
+                &self.held,
+                state,
+                self.totals,
+                h,
+                (self.settings.tolerance, self.speed),
+            )? {
                 Tried::Accepted(piece, factor) => {
                     self.step = h * factor;
                     break piece;
