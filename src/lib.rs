@@ -19,6 +19,7 @@ pub mod collection;
 pub mod cone;
 pub mod contact;
 pub mod energy;
+pub mod event_driven;
 #[cfg(feature = "fclib")]
 pub mod fclib;
 #[cfg(any(feature = "outputs", feature = "figures", feature = "fclib", feature = "vtk"))]

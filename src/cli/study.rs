@@ -61,7 +61,8 @@ struct Session {
 impl Session {
     fn scene(&self, study: &SceneStudy) -> Result<ExitCode, Box<dyn Error>> {
         let bar = runs_bar(study.runs());
-        let results = study.run(&self.folder, &self.options, &self.stop, &mut |progress| show(&bar, progress));
+        let results =
+            study.run(&self.folder, &self.options, &self.stop, &mut |progress| show(&bar, progress));
         bar.finish_and_clear();
         let results = results?;
         results.write_csv(&self.folder)?;
@@ -75,7 +76,8 @@ impl Session {
 
     fn problems(&self, study: &ProblemStudy) -> Result<ExitCode, Box<dyn Error>> {
         let bar = runs_bar(study.runs());
-        let results = study.run(&self.folder, &self.options, &self.stop, &mut |progress| show(&bar, progress));
+        let results =
+            study.run(&self.folder, &self.options, &self.stop, &mut |progress| show(&bar, progress));
         bar.finish_and_clear();
         let results = results?;
         results.sweep.write_csv(&self.folder)?;

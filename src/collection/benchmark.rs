@@ -213,7 +213,8 @@ fn measure_in<T: Scalar, const D: usize>(
     let mut solver = solver::build::<T, D>(name, stopping)?;
     let start = vec![SVector::zeros(); cone.contacts()];
     let mut r = start.clone();
-    let repeat = if cpu_seconds > 2.0 && to_f64(tolerance) == options.tolerance { 0 } else { options.repeat.max(1) };
+    let repeat =
+        if cpu_seconds > 2.0 && to_f64(tolerance) == options.tolerance { 0 } else { options.repeat.max(1) };
     let mut timed = None::<f64>;
     for _ in 0..repeat {
         // Many at a time below the millisecond, so that the clock does not count.

@@ -81,7 +81,8 @@ impl Sweep {
         for (name, solver) in names.iter().zip(&solvers) {
             write!(out, "{name:width$}")?;
             for tolerance in self.tolerances() {
-                let time = self.solved(*solver, tolerance).1.map_or("—".into(), |time| format!("{time:.1e}"));
+                let time =
+                    self.solved(*solver, tolerance).1.map_or("—".into(), |time| format!("{time:.1e}"));
                 write!(out, " {time:>8}")?;
             }
             writeln!(out)?;

@@ -49,24 +49,25 @@ impl Sweep {
 
     /// The residual reached against the CPU time it took, tolerance by tolerance, of the largest problems.
     pub fn residual_figure(&self) -> Figure {
-        let panels = self.problems().into_iter().take(SHOWN).enumerate().map(|(rank, (contacts, problem))| {
-            let title = format!("{problem}, {contacts} contacts");
-            let mut panel = Panel::new(title, "CPU time (s)", "residual").log_log();
-            for solver in self.solvers() {
-                let own = self.measurements.iter().filter(|m| {
-                    m.problem == problem && m.solved && (m.solver.as_str(), m.scalar.as_str()) == solver
-                });
-                // The residual that is larger decides; one of 0 has no place on the axis.
-                let points = own.map(|m| (m.cpu_seconds, m.residual.max(m.scaled_residual)));
-                let points = points.filter(|(_, residual)| *residual > 0.0).unzip();
-                let mut line = self.series(solver, Style::LineAndMarkers, points);
-                if rank > 0 {
-                    line.label.clear();
+        let panels =
+            self.problems().into_iter().take(SHOWN).enumerate().map(|(rank, (contacts, problem))| {
+                let title = format!("{problem}, {contacts} contacts");
+                let mut panel = Panel::new(title, "CPU time (s)", "residual").log_log();
+                for solver in self.solvers() {
+                    let own = self.measurements.iter().filter(|m| {
+                        m.problem == problem && m.solved && (m.solver.as_str(), m.scalar.as_str()) == solver
+                    });
+                    // The residual that is larger decides; one of 0 has no place on the axis.
+                    let points = own.map(|m| (m.cpu_seconds, m.residual.max(m.scaled_residual)));
+                    let points = points.filter(|(_, residual)| *residual > 0.0).unzip();
+                    let mut line = self.series(solver, Style::LineAndMarkers, points);
+                    if rank > 0 {
+                        line.label.clear();
+                    }
+                    panel = panel.with(line);
                 }
-                panel = panel.with(line);
-            }
-            panel
-        });
+                panel
+            });
         Figure::new(2, panels.collect()).size(SIZE.0, 0.75 * SIZE.1)
     }
 

@@ -40,7 +40,8 @@ fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
 impl Ball {
     /// The motion of a scene; an error says what the scene would have to be.
     pub(super) fn new(scene: &Scene, run: &Run) -> Result<Self, String> {
-        let ([body], [plane], [_]) = (&scene.bodies[..], &scene.half_planes[..], &scene.interfaces[..]) else {
+        let ([body], [plane], [_]) = (&scene.bodies[..], &scene.half_planes[..], &scene.interfaces[..])
+        else {
             return Err("one body, one half-plane and one interface".into());
         };
         let disc = match &body.discs[..] {
@@ -61,7 +62,10 @@ impl Ball {
         let pull = -dot(normal, acceleration);
         let touching = gap[0] >= 0.0 && pull > 0.0;
         if !touching {
-            return Err(format!("a gap ≥ 0 at the start and a pull towards the plane > 0, not {} and {pull}", gap[0]));
+            return Err(format!(
+                "a gap ≥ 0 at the start and a pull towards the plane > 0, not {} and {pull}",
+                gap[0]
+            ));
         }
         let mut ball = Self {
             mass: body.mass,
@@ -157,7 +161,7 @@ impl Reference for Ball {
     }
 
     fn jumps(&self, from: f64, to: f64, visit: &mut dyn FnMut(f64)) {
-        visit_between(&self.times, from, to, visit);
+        visit_between(&self.times, |&time| time, (from, to), visit);
     }
 
     fn percussion(&self, time: f64) -> f64 {

@@ -28,7 +28,8 @@ pub(super) struct Bar {
 impl Bar {
     /// The motion of a scene; an error says what the scene would have to be.
     pub(super) fn new(scene: &Scene, run: &Run) -> Result<Self, String> {
-        let (Some(solid), [plane], [_]) = (&scene.solid, &scene.half_planes[..], &scene.interfaces[..]) else {
+        let (Some(solid), [plane], [_]) = (&scene.solid, &scene.half_planes[..], &scene.interfaces[..])
+        else {
             return Err("a solid, one half-plane and one interface".into());
         };
         let free = solid.prescribed.is_empty()

@@ -47,19 +47,13 @@ pub(super) fn complete<W: Tasks>(
     tell(Progress { done, known: done, total });
     let start = done;
     tasks.prepare(&open, stop)?;
-    spread(
-        options.threads,
-        &open,
-        stop,
-        &|task, stop| tasks.work(task, stop),
-        &mut |task, outcome| {
-            journal.add(keys[task], &outcome)?;
-            outcomes[task] = Some(outcome);
-            done += 1;
-            tell(Progress { done, known: start, total });
-            Ok(())
-        },
-    )?;
+    spread(options.threads, &open, stop, &|task, stop| tasks.work(task, stop), &mut |task, outcome| {
+        journal.add(keys[task], &outcome)?;
+        outcomes[task] = Some(outcome);
+        done += 1;
+        tell(Progress { done, known: start, total });
+        Ok(())
+    })?;
     Ok(outcomes)
 }
 

@@ -24,7 +24,8 @@ impl Norm {
         let differences = x.iter().zip(y).map(|(x, y)| x - y);
         match self {
             // A NaN stays one.
-            Self::Largest => differences.fold(0.0, |most: f64, d| if d.abs() > most || d.is_nan() { d.abs() } else { most }),
+            Self::Largest => differences
+                .fold(0.0, |most: f64, d| if d.abs() > most || d.is_nan() { d.abs() } else { most }),
             Self::RootMeanSquare => {
                 (differences.map(|d| d * d).sum::<f64>() / (x.len().max(1) as f64)).sqrt()
             }
@@ -187,7 +188,8 @@ impl<T: Scalar, const D: usize> Observer<T, D> for ErrorRecorder {
     fn begin(&mut self, _run: &RunInfo, frame: Frame<'_, T, D>) -> Result<(), ObserveError> {
         self.take(&frame);
         let zero = vec![0.0; self.q.len()];
-        (self.q_true, self.v_true, self.zero, self.q_start) = (zero.clone(), zero.clone(), zero.clone(), zero);
+        (self.q_true, self.v_true, self.zero, self.q_start) =
+            (zero.clone(), zero.clone(), zero.clone(), zero);
         self.time = to_f64(frame.state.time);
         self.reference.at(self.time, &mut self.q_true, &mut self.v_true);
         self.q_start.clone_from(&self.q_true);

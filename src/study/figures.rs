@@ -21,7 +21,7 @@ impl SceneResults {
         let lines = self.lines();
         let x = |bin: &Bin| bin.cpu_seconds;
         let panels = MEASURES[..2].iter().enumerate().map(|(rank, measure)| {
-            let label = |line: &Line| if rank == 0 { self.name(line) } else { String::new() };
+            let label = |line: &Line| if rank == 0 { self.name(line, &lines) } else { String::new() };
             self.panel(&lines, measure, "CPU time (s)", x, label)
         });
         Figure::new(2, panels.collect()).size(ROW.0, ROW.1)
@@ -32,20 +32,30 @@ impl SceneResults {
         let lines = self.lines();
         let known = |measure: &&Measure| lines.iter().any(|line| line.order(measure).is_some());
         let panels = MEASURES.iter().filter(known).map(|measure| {
+            let order =
+                |line: &Line| line.order(measure).map_or("—".into(), |order| format!("{:.2}", order.slope));
             let label = |line: &Line| {
-                let order = line.order(measure).map_or("—".into(), |order| format!("{:.2}", order.slope));
-                let name = if line.label.is_empty() { "order" } else { &line.label };
-                format!("{name}: {order}").replace('-', "−")
+                if stands_for_another(line, &lines) {
+                    return String::new();
+                }
+                let twin = lines.iter().find(|other| line.is_twin(other));
+                let single =
+                    twin.map_or(String::new(), |twin| format!(" ({}: {})", twin.scalar, order(twin)));
+                let name = if line.scheme.is_empty() { "order" } else { &line.scheme };
+                format!("{name}: {}{single}", order(line)).replace('-', "−")
             };
             self.panel(&lines, measure, "h (s)", |bin| bin.step, label)
         });
-        Figure::new(2, panels.collect()).size(ROW.0, ROW.1)
+        Figure::new(2, panels.collect()).size(ROW.0, 1.2 * ROW.1)
     }
 
-    fn name(&self, line: &Line) -> String {
+    fn name(&self, line: &Line, lines: &[Line]) -> String {
         match &self.mark {
-            Some(mark) if line.marked && !mark.label.is_empty() => format!("{} ({})", line.label, mark.label),
-            _ => line.label.clone(),
+            _ if stands_for_another(line, lines) => String::new(),
+            Some(mark) if line.marked && !mark.label.is_empty() => {
+                format!("{} ({})", line.scheme, mark.label)
+            }
+            _ => line.scheme.clone(),
         }
     }
 
@@ -57,18 +67,22 @@ impl SceneResults {
         x: impl Fn(&Bin) -> f64,
         label: impl Fn(&Line) -> String,
     ) -> Panel {
-        let mut panel = Panel::new(measure.label, x_label, "relative error").log_log();
+        let twins = lines.iter().any(|line| stands_for_another(line, lines));
+        let dotted = if twins { ", dotted: f32" } else { "" };
+        let mut panel = Panel::new(format!("{}{dotted}", measure.label), x_label, "relative error").log_log();
         let mut schemes: Vec<&str> = Vec::new();
         for line in lines {
             if !schemes.contains(&line.scheme.as_str()) {
                 schemes.push(&line.scheme);
             }
         }
-        for line in lines {
+        // The wide line first, so that it hides none.
+        let (marked, others): (Vec<&Line>, Vec<&Line>) = lines.iter().partition(|line| line.marked);
+        for line in marked.into_iter().chain(others) {
             let color = schemes.iter().position(|scheme| *scheme == line.scheme).unwrap_or_default();
             let bins = line.envelope(measure);
             let (x, y) = bins.iter().map(|bin| (x(bin), bin.error)).unzip();
-            let single = line.scalar == <f32 as crate::scalar::Scalar>::NAME;
+            let single = is_single(line);
             let style = if single { Style::Line } else { Style::LineAndMarkers };
             let series = Series::new(label(line), style, x, y)
                 .color(color)
@@ -78,5 +92,21 @@ impl SceneResults {
             panel = panel.with(series);
         }
         panel
+    }
+}
+
+fn is_single(line: &Line) -> bool {
+    line.scalar == <f32 as crate::scalar::Scalar>::NAME
+}
+
+/// Whether a line is that of another one in single precision, which has its colour and its words.
+fn stands_for_another(line: &Line, lines: &[Line]) -> bool {
+    is_single(line) && lines.iter().any(|other| other.is_twin(line))
+}
+
+impl Line {
+    /// Whether `other` is this line in another arithmetic.
+    fn is_twin(&self, other: &Self) -> bool {
+        self.scheme == other.scheme && self.scalar != other.scalar
     }
 }

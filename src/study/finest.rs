@@ -20,7 +20,13 @@ impl Sampled {
     /// Samples of a run of `steps` steps of a system of `dofs` degrees of freedom, in about `bytes` of memory.
     pub(super) fn new(dofs: usize, steps: usize, bytes: usize) -> Self {
         let most = (bytes / (8 * (2 * dofs + 3))).max(2);
-        Self { dofs, times: Vec::new(), values: Vec::new(), stride: steps.div_ceil(most).max(1), percussion: 0.0 }
+        Self {
+            dofs,
+            times: Vec::new(),
+            values: Vec::new(),
+            stride: steps.div_ceil(most).max(1),
+            percussion: 0.0,
+        }
     }
 
     fn width(&self) -> usize {
@@ -59,7 +65,8 @@ impl<T: Scalar, const D: usize> Observer<T, D> for Sampled {
     }
 
     fn step(&mut self, frame: Frame<'_, T, D>) -> Result<(), ObserveError> {
-        self.percussion += frame.step.contacts.iter().map(|contact| to_f64(contact.percussion[0])).sum::<f64>();
+        self.percussion +=
+            frame.step.contacts.iter().map(|contact| to_f64(contact.percussion[0])).sum::<f64>();
         if frame.state.index.is_multiple_of(self.stride) {
             self.sample(frame);
         }

@@ -43,16 +43,12 @@ pub struct ReferenceSpec {
 
 /// Lines the figures mark: those with all of the settings given.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct MarkSpec {
     /// Words for the legend.
     pub label: String,
-    /// Law.
-    pub law: Option<String>,
-    /// θ.
-    pub theta: Option<f64>,
-    /// Solver.
-    pub solver: Option<String>,
+    /// Settings by the names of the columns of `runs.csv`.
+    #[serde(flatten)]
+    pub settings: BTreeMap<String, Value>,
 }
 
 /// What is asked of solvers over problems.

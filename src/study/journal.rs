@@ -43,7 +43,8 @@ impl Journal {
         file.set_len(whole as u64).map_err(io)?;
         file.seek(SeekFrom::End(0)).map_err(io)?;
         let mut known = BTreeMap::new();
-        let mut reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(&bytes[..whole]);
+        let mut reader =
+            csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(&bytes[..whole]);
         // A line of another version of the program is none of ours.
         for line in reader.deserialize::<(u64, R)>().flatten() {
             known.insert(line.0, line.1);

@@ -103,11 +103,18 @@ impl SceneResults {
     pub fn lines(&self) -> Vec<Line> {
         let stepping = ["h", "epsilon"];
         let rows: Vec<_> = self.rows.iter().map(|row| (row, row.settings.fields(&self.keys))).collect();
-        let varies = |place: usize| rows.iter().any(|(_, fields)| fields[place].1 != rows[0].1[place].1);
+        // The tolerance a scalar has by default says no more than the scalar.
+        let varies = |place: usize| match rows[0].1[place].0.as_str() {
+            "tolerance" => rows.iter().any(|(row, fields)| {
+                let alike = rows.iter().find(|(other, _)| other.settings.scalar == row.settings.scalar);
+                alike.is_some_and(|(_, other)| other[place].1 != fields[place].1)
+            }),
+            _ => rows.iter().any(|(_, fields)| fields[place].1 != rows[0].1[place].1),
+        };
         let varying: Vec<usize> = match rows.first() {
-            Some((_, fields)) => {
-                (0..fields.len()).filter(|&i| !stepping.contains(&fields[i].0.as_str()) && varies(i)).collect()
-            }
+            Some((_, fields)) => (0..fields.len())
+                .filter(|&i| !stepping.contains(&fields[i].0.as_str()) && varies(i))
+                .collect(),
             None => Vec::new(),
         };
         let mut lines: Vec<Line> = Vec::new();
@@ -125,14 +132,14 @@ impl SceneResults {
                 continue;
             }
             let words = |scalar: bool| {
-                let shown = varying.iter().map(|&i| &fields[i]).filter(|(name, _)| scalar || name != "scalar");
+                let shown =
+                    varying.iter().map(|&i| &fields[i]).filter(|(name, _)| scalar || name != "scalar");
                 shown.map(|(name, value)| word(name, value)).collect::<Vec<_>>().join(", ")
             };
-            let marked = self.mark.as_ref().is_some_and(|mark| {
-                mark.law.as_ref().is_none_or(|law| *law == row.settings.law)
-                    && mark.theta.is_none_or(|theta| theta == row.settings.theta)
-                    && mark.solver.as_ref().is_none_or(|solver| *solver == row.settings.solver)
-            });
+            let has = |(name, value): (&String, &toml::Value)| {
+                settings.iter().any(|(own, text)| own == name && *text == super::settings::text(value))
+            };
+            let marked = self.mark.as_ref().is_some_and(|mark| mark.settings.iter().all(has));
             lines.push(Line {
                 label: words(true),
                 scheme: words(false),

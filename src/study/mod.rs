@@ -5,8 +5,8 @@
 //! ```toml
 //! title = "Falling stick"
 //! scene = "../impacting_stick.toml"           # from the folder of the study
-//! reference = { kind = "finest" }             # default; `h` and `theta` of the finest run may be given
-//! mark = { label = "the paper's", law = "fremond", theta = 0.5 }
+//! reference = { kind = "event-driven" }       # `finest` where absent; `h` and `theta` of the finest run may be given
+//! mark = { label = "the paper's", law = "fremond", theta = 0.5, scalar = "f64" }
 //!
 //! [[runs]]                                    # any number of blocks, each a product
 //! law = ["newton", "fremond"]
@@ -49,6 +49,7 @@
 //!
 //! | kind | motion |
 //! |---|---|
+//! | `event-driven` | that of [`crate::event_driven`], to rounding: rigid bodies without joints, and others of few unknowns |
 //! | `finest` | a run of the scheme in `f64` with an eighth of the smallest h of the study, or the h given, sampled |
 //! | `bouncing-ball` | a disc thrown on a half-plane without friction, through the accumulation of its impacts |
 //! | `impacting-bar` | an elastic bar that hits a wall, by d'Alembert; the runs approach it as the mesh is refined, too |

@@ -52,7 +52,8 @@ impl SceneStudy {
     ) -> Result<Self, StudyError> {
         let base = std::fs::read_to_string(&scene).map_err(|source| StudyError::io(&scene, source))?;
         Scene::parse(&base, &scene)?;
-        let base: toml::Table = toml::from_str(&base).map_err(|error| StudyError::parse(&scene, &base, 0, error))?;
+        let base: toml::Table =
+            toml::from_str(&base).map_err(|error| StudyError::parse(&scene, &base, 0, error))?;
         let finest = || ReferenceSpec { kind: references::FINEST.into(), h: None, theta: None };
         let reference = file.reference.unwrap_or_else(finest);
         references::check(&reference).map_err(|message| StudyError::parse(path, text, 0, message))?;
@@ -82,7 +83,17 @@ impl SceneStudy {
         if let Some(job) = jobs.iter().find(|job| !seen.insert(job.key.number())) {
             return Err(StudyError::Twice { settings: job.settings.words() });
         }
-        Ok(Self { title: file.title, reference, mark: file.mark, keys: keys.into_iter().collect(), jobs })
+        let names: Vec<String> = keys.into_iter().collect();
+        if let (Some(mark), Some(job)) = (&file.mark, jobs.first()) {
+            let fields = job.settings.fields(&names);
+            let unknown = mark.settings.keys().find(|key| fields.iter().all(|(name, _)| name != *key));
+            if let Some(key) = unknown {
+                let known: Vec<String> = fields.into_iter().map(|(name, _)| name).collect();
+                let message = format!("mark: there is no setting `{key}` (known: {})", known.join(", "));
+                return Err(StudyError::parse(path, text, 0, message));
+            }
+        }
+        Ok(Self { title: file.title, reference, mark: file.mark, keys: names, jobs })
     }
 }
 
@@ -156,11 +167,7 @@ fn product(block: &[Axis]) -> Result<Vec<Choice>, StudyError> {
 }
 
 /// The runs of a choice: one, or where it names no law or solver one for each of the scene.
-fn of_choice(
-    base: &toml::Table,
-    path: &Path,
-    choice: &Choice,
-) -> Result<Vec<Job>, StudyError> {
+fn of_choice(base: &toml::Table, path: &Path, choice: &Choice) -> Result<Vec<Job>, StudyError> {
     let all: Vec<_> = choice.iter().flat_map(|(key, value)| changes(key, value)).collect();
     let scene = Scene::with_keys(base, path, &all)?;
     let keys: Choice = choice.iter().filter(|(key, _)| !is_short(key)).cloned().collect();

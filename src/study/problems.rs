@@ -7,7 +7,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::engine::{Tasks, complete};
 use super::format::{Axis, BudgetSpec, StudyFile};
 use super::{Progress, StudyError, StudyOptions};
-use crate::collection::{BenchmarkOptions, Measurement, Sweep, measure, measure_single, problem_files, problem_name, read};
+use crate::collection::{
+    BenchmarkOptions, Measurement, Sweep, measure, measure_single, problem_files, problem_name, read,
+};
 use crate::fclib::Cone;
 use crate::scalar::Scalar;
 use crate::scene::Fingerprint;
@@ -64,7 +66,11 @@ impl ProblemStudy {
             let refuse = |message: String| refuse(*at, format!("{key}: {message}"));
             let names = || {
                 let name = |value: &toml::Value| value.as_str().map(String::from);
-                values.iter().map(name).collect::<Option<Vec<_>>>().ok_or_else(|| refuse("expected names".into()))
+                values
+                    .iter()
+                    .map(name)
+                    .collect::<Option<Vec<_>>>()
+                    .ok_or_else(|| refuse("expected names".into()))
             };
             match key.as_str() {
                 "solver" => solvers = names()?,
@@ -124,7 +130,9 @@ impl ProblemStudy {
     ) -> Result<ProblemResults, StudyError> {
         let read = |file: &PathBuf| std::fs::read(file).map_err(|source| StudyError::io(file, source));
         let bytes = self.files.iter().map(|file| Ok((Fingerprint::default().and(&read(file)?), file)));
-        let prints = bytes.map(|pair: Result<_, StudyError>| pair.map(|(print, _)| print)).collect::<Result<Vec<_>, _>>()?;
+        let prints = bytes
+            .map(|pair: Result<_, StudyError>| pair.map(|(print, _)| print))
+            .collect::<Result<Vec<_>, _>>()?;
         let cones = self.files.iter().map(|_| OnceLock::new()).collect();
         let outcomes = complete(&ProblemTasks { study: self, prints, cones }, folder, options, stop, tell)?;
         let missing = outcomes.iter().filter(|outcome| outcome.is_none()).count();
@@ -178,7 +186,8 @@ impl Tasks for ProblemTasks<'_> {
                 return Ok(None);
             }
             if let Some(last) = measurements.last().filter(|last| !last.solved) {
-                let missed = Measurement { tolerance, cpu_seconds: f64::NAN, curve: Vec::new(), ..last.clone() };
+                let missed =
+                    Measurement { tolerance, cpu_seconds: f64::NAN, curve: Vec::new(), ..last.clone() };
                 measurements.push(missed);
                 continue;
             }

@@ -10,9 +10,9 @@ use super::finest::Sampled;
 use super::format::ReferenceSpec;
 use super::plan::Job;
 use super::reference::Reference;
-use super::settings::Stepping;
+use crate::event_driven::Settings;
 use crate::observe::RunInfo;
-use crate::scene::{Planar, Run, ScalarName, Scene, build};
+use crate::scene::{Planar, Run, ScalarName, Scene, build, contact_dimension, event_driven};
 use crate::simulate::{Outcome, simulate};
 use crate::system::MechanicalSystem as _;
 
@@ -23,10 +23,25 @@ pub(super) const FINEST: &str = "finest";
 type ClosedForm = fn(&Scene, &Run) -> Result<Arc<dyn Reference>, String>;
 
 /// References that are no run of the scheme.
-const CLOSED_FORMS: [(&str, ClosedForm); 2] = [
+const CLOSED_FORMS: [(&str, ClosedForm); 3] = [
+    ("event-driven", event_driven_motion),
     ("bouncing-ball", |scene, run| Ok(Arc::new(Ball::new(scene, run)?))),
     ("impacting-bar", |scene, run| Ok(Arc::new(Bar::new(scene, run)?))),
 ];
+
+fn event_driven_motion(scene: &Scene, run: &Run) -> Result<Arc<dyn Reference>, String> {
+    let settings = Settings::default();
+    let motion = match contact_dimension(scene, std::slice::from_ref(run)) {
+        Ok(1) => event_driven::<1>(scene, run).map(|integration| integration.integrate(&settings)),
+        Ok(_) => event_driven::<2>(scene, run).map(|integration| integration.integrate(&settings)),
+        Err(error) => Err(error),
+    };
+    match motion {
+        Ok(Ok(motion)) => Ok(Arc::new(motion)),
+        Ok(Err(error)) => Err(error.to_string()),
+        Err(error) => Err(error.to_string()),
+    }
+}
 
 /// Tolerance of the cone solver in the finest run, beside which no error of the study is small.
 const TOLERANCE: f64 = 1e-12;
@@ -64,8 +79,13 @@ pub(super) struct Target {
 }
 
 impl Target {
-    /// The reference of a job, in a study whose smallest step is `least`.
-    pub(super) fn new(spec: &ReferenceSpec, job: &Job, least: Option<f64>) -> Result<Self, StudyError> {
+    /// The reference of a job, in a study whose steps are from `least` to `longest`.
+    pub(super) fn new(
+        spec: &ReferenceSpec,
+        job: &Job,
+        least: Option<f64>,
+        longest: f64,
+    ) -> Result<Self, StudyError> {
         let mut scene = job.scene.clone();
         scene.title.clear();
         scene.scalar = ScalarName::F64;
@@ -75,12 +95,12 @@ impl Target {
         if spec.kind == FINEST {
             time.step = spec.h.or(least.map(|h| h / FINER)).unwrap_or(time.step);
             time.theta = spec.theta.unwrap_or(time.theta);
-            // The runs may make a step beyond the end.
-            time.end += longest(job);
         } else {
             // The continuous motion has no θ but that of the law in the limit, ½.
             (time.step, time.theta) = (ANY_STEP, 0.5);
         }
+        // The runs may make a step beyond the end.
+        time.end += longest;
         time.allow_unproved_theta = true;
         let combination =
             |source| StudyError::Combination { settings: job.settings.words(), source: Box::new(source) };
@@ -88,7 +108,13 @@ impl Target {
             Ok([run]) => run,
             Err(_) => job.run.clone(),
         };
-        Ok(Self { kind: spec.kind.clone(), scene, run, dimension: job.dimension, settings: job.settings.words() })
+        Ok(Self {
+            kind: spec.kind.clone(),
+            scene,
+            run,
+            dimension: job.dimension,
+            settings: job.settings.words(),
+        })
     }
 
     /// What the reference depends on, as a number.
@@ -97,7 +123,11 @@ impl Target {
     }
 
     /// Makes the reference, one of `count` in memory; `None` where it was interrupted.
-    pub(super) fn make(&self, count: usize, stop: &AtomicBool) -> Result<Option<Arc<dyn Reference>>, StudyError> {
+    pub(super) fn make(
+        &self,
+        count: usize,
+        stop: &AtomicBool,
+    ) -> Result<Option<Arc<dyn Reference>>, StudyError> {
         let failed = |message: String| StudyError::Reference {
             reference: self.kind.clone(),
             settings: self.settings.clone(),
@@ -123,13 +153,5 @@ impl Target {
             Outcome::Completed => Ok(Some(sampled)),
             Outcome::Interrupted => Ok(None),
         }
-    }
-}
-
-/// How far beyond the end of the scene a run may come.
-fn longest(job: &Job) -> f64 {
-    match job.settings.stepping {
-        Stepping::Fixed(h) => h,
-        Stepping::Adaptive(_) => 0.0,
     }
 }

@@ -104,7 +104,8 @@ impl Settings {
     /// Every setting by name, as the tables show it; `names` are the keys of the scene the study varies.
     pub(super) fn fields(&self, names: &[String]) -> Vec<(String, String)> {
         let stepping = |name: &str, wanted: &str| {
-            let value = if wanted == self.stepping.name() { number(self.stepping.value()) } else { String::new() };
+            let value =
+                if wanted == self.stepping.name() { number(self.stepping.value()) } else { String::new() };
             (name.to_string(), value)
         };
         let field = |name: &str, value: String| (name.to_string(), value);
@@ -136,7 +137,7 @@ impl Settings {
 }
 
 /// A value of the study for tables.
-fn text(value: &Value) -> String {
+pub(super) fn text(value: &Value) -> String {
     match (value, Axis::number(value)) {
         (Value::String(text), _) => text.clone(),
         (_, Some(x)) => number(x),

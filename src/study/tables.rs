@@ -57,7 +57,11 @@ impl SceneResults {
             cells.extend([outcome.steps.to_string(), outcome.iterations.to_string()]);
             cells.extend(MEASURES.iter().map(|measure| cell((measure.absolute)(&outcome.errors))));
             cells.extend(MEASURES.iter().map(|measure| cell((measure.relative)(&outcome.errors))));
-            cells.extend([cell(outcome.cpu_seconds), cell(outcome.wall_seconds), outcome.repeats.to_string()]);
+            cells.extend([
+                cell(outcome.cpu_seconds),
+                cell(outcome.wall_seconds),
+                outcome.repeats.to_string(),
+            ]);
             cells
         });
         write(path, std::iter::once(header).chain(rows))
@@ -66,8 +70,16 @@ impl SceneResults {
     fn write_orders(&self, path: &Path) -> Result<(), StudyError> {
         let lines = self.lines();
         let names = lines.first().map(|line| line.settings.iter().map(|(name, _)| name.clone()));
-        let columns =
-            ["error", "points", "order", "deviation", "nominal", "constant", "constant_relative", "least_relative"];
+        let columns = [
+            "error",
+            "points",
+            "order",
+            "deviation",
+            "nominal",
+            "constant",
+            "constant_relative",
+            "least_relative",
+        ];
         let header: Vec<String> = names.into_iter().flatten().chain(columns.map(String::from)).collect();
         let row = |line: &Line, measure: &super::Measure| {
             let order = line.order(measure)?;
@@ -77,7 +89,8 @@ impl SceneResults {
             cells.extend(numbers.into_iter().chain([order.constant_relative, order.least]).map(cell));
             Some(cells)
         };
-        let rows = lines.iter().flat_map(|line| MEASURES.iter().filter_map(move |measure| row(line, measure)));
+        let rows =
+            lines.iter().flat_map(|line| MEASURES.iter().filter_map(move |measure| row(line, measure)));
         write(path, std::iter::once(header).chain(rows))
     }
 
@@ -109,20 +122,32 @@ impl SceneResults {
                 });
                 write!(out, "  {text:>21}")?;
             }
-            let least = |place: usize| orders[place].map_or("—".into(), |order| format!("{:.1e}", order.least));
+            let least =
+                |place: usize| orders[place].map_or("—".into(), |order| format!("{:.1e}", order.least));
             write!(out, "  {:>8} {:>8} ", least(0), least(1))?;
             for level in LEVELS {
                 let cost = line.cost(&MEASURES[0], level).map_or("—".into(), |cost| format!("{cost:.1e}"));
                 write!(out, " {cost:>8}")?;
             }
-            writeln!(out, "{}", self.mark.as_ref().filter(|_| line.marked).map_or(String::new(), |mark| {
-                format!("  {}", mark.label)
-            }))?;
+            writeln!(
+                out,
+                "{}",
+                self.mark
+                    .as_ref()
+                    .filter(|_| line.marked)
+                    .map_or(String::new(), |mark| { format!("  {}", mark.label) })
+            )?;
         }
         let failed: Vec<_> = self.rows.iter().filter(|row| !row.outcome.ok).collect();
         if let Some(first) = failed.first() {
             let words = first.settings.words();
-            writeln!(out, "\n{} of {} runs failed, the first: {words}: {}", failed.len(), self.rows.len(), first.outcome.message)?;
+            writeln!(
+                out,
+                "\n{} of {} runs failed, the first: {words}: {}",
+                failed.len(),
+                self.rows.len(),
+                first.outcome.message
+            )?;
         }
         Ok(())
     }
@@ -135,7 +160,8 @@ impl SceneResults {
 
 /// Writes rows as CSV, whole or not at all.
 pub(super) fn write(path: &Path, rows: impl Iterator<Item = Vec<String>>) -> Result<(), StudyError> {
-    let table = |error: &dyn std::fmt::Display| StudyError::Table { path: path.into(), message: error.to_string() };
+    let table =
+        |error: &dyn std::fmt::Display| StudyError::Table { path: path.into(), message: error.to_string() };
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {
         writer.write_record(&row).map_err(|error| table(&error))?;
