@@ -39,7 +39,7 @@ pub(super) fn study(arguments: &StudyArguments) -> Result<ExitCode, Box<dyn Erro
     let stem = arguments.study.file_stem().unwrap_or_default();
     let session = Session {
         folder: arguments.out.clone().unwrap_or_else(|| Path::new("out/studies").join(stem)),
-        options: StudyOptions { threads, fresh: arguments.fresh },
+        options: StudyOptions { threads, fresh: arguments.fresh, ..default },
         figures: !arguments.no_figures,
         stop: Arc::new(AtomicBool::new(false)),
     };

@@ -1,6 +1,6 @@
 //! A run with a much finer step, sampled.
 
-use super::reference::Reference;
+use super::reference::{Reference, visit_between};
 use crate::observe::{Frame, ObserveError, Observer};
 use crate::scalar::{Scalar, to_f64};
 
@@ -14,7 +14,13 @@ pub(super) struct Sampled {
     values: Vec<f64>,
     stride: usize,
     percussion: f64,
+    /// Ends of the steps with percussions whose predecessors had none.
+    jumps: Vec<f64>,
+    pressing: bool,
 }
+
+/// Jumps remembered: a contact that trembles makes one every other step.
+const MOST_JUMPS: usize = 100_000;
 
 impl Sampled {
     /// Samples of a run of `steps` steps of a system of `dofs` degrees of freedom, in about `bytes` of memory.
@@ -26,6 +32,8 @@ impl Sampled {
             values: Vec::new(),
             stride: steps.div_ceil(most).max(1),
             percussion: 0.0,
+            jumps: Vec::new(),
+            pressing: false,
         }
     }
 
@@ -65,8 +73,13 @@ impl<T: Scalar, const D: usize> Observer<T, D> for Sampled {
     }
 
     fn step(&mut self, frame: Frame<'_, T, D>) -> Result<(), ObserveError> {
-        self.percussion +=
-            frame.step.contacts.iter().map(|contact| to_f64(contact.percussion[0])).sum::<f64>();
+        let contacts = frame.step.contacts.iter();
+        let percussion: f64 = contacts.map(|contact| to_f64(contact.percussion[0])).sum();
+        let pressing = percussion > 0.0;
+        if pressing && !self.pressing && self.jumps.len() < MOST_JUMPS {
+            self.jumps.push(to_f64(frame.state.time));
+        }
+        (self.percussion, self.pressing) = (self.percussion + percussion, pressing);
         if frame.state.index.is_multiple_of(self.stride) {
             self.sample(frame);
         }
@@ -86,6 +99,10 @@ impl Reference for Sampled {
         let place = self.place(time);
         q.iter_mut().enumerate().for_each(|(i, q)| *q = self.value(place, i));
         v.iter_mut().enumerate().for_each(|(i, v)| *v = self.value(place, self.dofs + i));
+    }
+
+    fn jumps(&self, from: f64, to: f64, visit: &mut dyn FnMut(f64)) {
+        visit_between(&self.jumps, |&time| time, (from, to), visit);
     }
 
     fn percussion(&self, time: f64) -> f64 {

@@ -110,17 +110,24 @@ pub use scene::{Row, SceneResults};
 pub use settings::{Settings, Stepping};
 
 /// How a study is run.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct StudyOptions {
     /// Runs beside each other.
     pub threads: usize,
     /// Whether what is known of an earlier study in the same folder is forgotten. Default no.
     pub fresh: bool,
+    /// CPU time that the timed runs of one setting reach together at least (s), so that the grain of the clock does not
+    /// count. Default 0.02.
+    pub timed: f64,
 }
 
 impl Default for StudyOptions {
     fn default() -> Self {
-        Self { threads: std::thread::available_parallelism().map_or(1, usize::from), fresh: false }
+        Self {
+            threads: std::thread::available_parallelism().map_or(1, usize::from),
+            fresh: false,
+            timed: 0.02,
+        }
     }
 }
 

@@ -37,9 +37,6 @@ pub struct Outcome {
     pub repeats: usize,
 }
 
-/// CPU time that the timed runs of one setting reach together at least (s), so that the clock's grain does not count.
-const TIMED: f64 = 0.02;
-
 /// Timed runs of one setting at most.
 const MOST_REPEATS: usize = 1000;
 
@@ -61,19 +58,25 @@ impl<T: Scalar, const D: usize> Observer<T, D> for Counter {
     }
 }
 
-/// Makes the run of a job; `None` where it was interrupted.
-pub(super) fn measure(job: &Job, reference: &Arc<dyn Reference>, stop: &AtomicBool) -> Option<Outcome> {
+/// Makes the run of a job, then again until `least` seconds are timed; `None` where it was interrupted.
+pub(super) fn measure(
+    job: &Job,
+    reference: &Arc<dyn Reference>,
+    least: f64,
+    stop: &AtomicBool,
+) -> Option<Outcome> {
     match (job.settings.scalar, job.dimension) {
-        (ScalarName::F64, 1) => with::<f64, 1>(job, reference, stop),
-        (ScalarName::F64, _) => with::<f64, 2>(job, reference, stop),
-        (ScalarName::F32, 1) => with::<f32, 1>(job, reference, stop),
-        (ScalarName::F32, _) => with::<f32, 2>(job, reference, stop),
+        (ScalarName::F64, 1) => with::<f64, 1>(job, reference, least, stop),
+        (ScalarName::F64, _) => with::<f64, 2>(job, reference, least, stop),
+        (ScalarName::F32, 1) => with::<f32, 1>(job, reference, least, stop),
+        (ScalarName::F32, _) => with::<f32, 2>(job, reference, least, stop),
     }
 }
 
 fn with<T: Scalar, const D: usize>(
     job: &Job,
     reference: &Arc<dyn Reference>,
+    least: f64,
     stop: &AtomicBool,
 ) -> Option<Outcome> {
     let failed = |message: String, counter: &Counter| Outcome {
@@ -103,7 +106,7 @@ fn with<T: Scalar, const D: usize>(
     }
 
     let (mut cpu_seconds, mut wall_seconds, mut total, mut repeats) = (f64::INFINITY, f64::INFINITY, 0.0, 0);
-    while total < TIMED && repeats < MOST_REPEATS {
+    while repeats == 0 || (total < least && repeats < MOST_REPEATS) {
         if let Err(error) = scheme.restore(&start) {
             return Some(failed(error.to_string(), &counter));
         }

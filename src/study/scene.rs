@@ -48,7 +48,7 @@ struct SceneTasks<'a> {
     targets: Vec<(u64, Target)>,
     /// Different references.
     count: usize,
-    threads: usize,
+    options: &'a StudyOptions,
     made: Mutex<Made>,
 }
 
@@ -82,7 +82,7 @@ impl SceneStudy {
         let different: BTreeMap<u64, &Target> = targets.iter().map(|(key, target)| (*key, target)).collect();
         let count = different.len();
         let made = Mutex::new(Made::new());
-        let tasks = SceneTasks { study: self, targets, count, threads: options.threads, made };
+        let tasks = SceneTasks { study: self, targets, count, options, made };
         let outcomes = complete(&tasks, folder, options, stop, tell)?;
         let missing = outcomes.iter().filter(|outcome| outcome.is_none()).count();
         let row = |(job, outcome): (&Job, Option<Outcome>)| {
@@ -128,7 +128,7 @@ impl Tasks for SceneTasks<'_> {
         });
         let tasks: Vec<usize> = first.into_values().collect();
         let make = |task: usize, stop: &AtomicBool| self.targets[task].1.make(self.count, stop);
-        spread(self.threads, &tasks, stop, &make, &mut |task, reference| {
+        spread(self.options.threads, &tasks, stop, &make, &mut |task, reference| {
             self.references().insert(self.targets[task].0, reference);
             Ok(())
         })
@@ -136,7 +136,8 @@ impl Tasks for SceneTasks<'_> {
 
     fn work(&self, task: usize, stop: &AtomicBool) -> Result<Option<Outcome>, StudyError> {
         let reference = self.references().get(&self.targets[task].0).cloned();
-        Ok(reference.and_then(|reference| measure(&self.study.jobs[task], &reference, stop)))
+        Ok(reference
+            .and_then(|reference| measure(&self.study.jobs[task], &reference, self.options.timed, stop)))
     }
 }
 
