@@ -22,10 +22,13 @@ pub(super) struct Local<const D: usize> {
 /// Singular values below this share of the largest are those of redundant contacts.
 const REDUNDANT: f64 = 1e-12;
 
-/// How far a mode may miss its inequality, relative to b: rounding of W and b.
+/// How far a mode may miss its inequality, relative to the terms of its row: rounding of W and b.
 const CONSISTENT: f64 = 1e-11;
 
-/// A percussion below this share of b/W is none: above the tolerances of solvers.
+/// How far it may where nothing better is found: some tolerances of solvers.
+const TOLERABLE: f64 = 1e-8;
+
+/// A percussion below this share of b/W is none: some tolerances of solvers.
 const NOTHING: f64 = 1e-9;
 
 /// Solution with given modes.
@@ -107,113 +110,157 @@ impl<const D: usize> Local<D> {
         p.iter().all(|p| p.iter().all(|x| x.is_finite())).then_some(WithModes { p, redundant })
     }
 
-    /// The solution and its modes; contact i with `slip[i]` = ±1 slides that way if it stays closed.
+    /// The solution and its modes; contact i with `slip[i]` = ±1 slides that way if it stays closed, whatever b_T says.
     ///
-    /// `None` where no such slide exists (Painlevé's paradox).
+    /// `None` where no such slide exists (Painlevé's paradox), or none is found.
     pub(super) fn solve<V: ConeSolver<f64, D>>(
         &self,
         solver: &mut V,
         slip: &[Option<f64>],
     ) -> Result<Option<(Vec<SVector<f64, D>>, Vec<Mode>)>, EventFailure> {
         let m = self.contacts();
-        let size = self.b.amax();
         let zero = vec![SVector::<f64, D>::zeros(); m];
-        if size == 0.0 {
+        let normal = (0..m).map(|i| self.b[i * D].abs()).fold(0.0, f64::max);
+        let size = if slip.iter().any(Option::is_some) { self.b.amax() } else { normal };
+        if size == 0.0 && (0..m).all(|i| self.b[i * D] >= 0.0) {
             return Ok(Some((zero, vec![Mode::Open; m])));
         }
-        let oriented = |i: usize| if self.rubs(i) { slip[i] } else { None };
         let block = |i: usize, j: usize| self.w.fixed_view::<D, D>(i * D, j * D).into_owned();
-        let diagonal = |i: usize, d: usize| self.w[(i * D + d, i * D + d)];
-        // A sliding contact has moved on by u_T/dt, dt → 0: as far as it takes for the slip to keep its sign.
-        let steep = |i: usize| 1.0 + diagonal(i, D - 1) / diagonal(i, 0) + self.friction[i];
+        // A sliding contact has moved on by u_T/dt, dt → 0: as far as it takes for the slip to keep its sign. A slip that
+        // is far larger than what the forces can stop is cut to that, or the solver's tolerance would hide the normal part.
+        let steep = |i: usize| 1.0 + self.diagonal(i, D - 1) / self.diagonal(i, 0) + self.friction[i];
         let mut far = 4.0 * size * (0..m).map(steep).fold(1.0, f64::max);
-        for _ in 0..7 {
-            let b = (0..m).map(|i| {
-                let moved = oriented(i).map_or(0.0, |s| s * far);
-                SVector::from_fn(|d, _| self.b[i * D + d] + if d == 1 { moved } else { 0.0 })
-            });
-            let problem =
-                ConeProblem::new(BlockMatrix::from_fn(m, block), b.collect(), self.friction.clone())
-                    .map_err(|source| EventFailure::Solver(source.into()))?;
+        for _ in 0..20 {
+            let mut kept = vec![None; m];
+            let mut b = Vec::with_capacity(m);
+            for i in 0..m {
+                let mut at = SVector::<f64, D>::from_fn(|d, _| self.b[i * D + d]);
+                if self.rubs(i) {
+                    let tangential = &mut at[D - 1];
+                    if let Some(s) = slip[i] {
+                        kept[i] = Some(s);
+                        *tangential += s * far;
+                    } else if tangential.abs() > far {
+                        kept[i] = Some(tangential.signum());
+                        *tangential = tangential.signum() * far;
+                    }
+                }
+                b.push(at);
+            }
+            let problem = ConeProblem::new(BlockMatrix::from_fn(m, block), b, self.friction.clone())
+                .map_err(|source| EventFailure::Solver(source.into()))?;
             let mut p = zero.clone();
             solver.solve(&problem, &zero, &mut p).map_err(EventFailure::Solver)?;
-            let mode = |i: usize| {
-                let (normal, mu) = (p[i][0], self.friction[i]);
-                if normal * diagonal(i, 0) <= NOTHING * size {
-                    return Mode::Open;
-                }
-                if !self.rubs(i) {
-                    return Mode::Slide(1.0);
-                }
-                let tangential = p[i][1];
-                if tangential.abs() < mu * normal * (1.0 - 1e-7) {
-                    Mode::Stick
-                } else {
-                    Mode::Slide(-tangential.signum())
-                }
-            };
-            let modes: Vec<Mode> = (0..m).map(mode).collect();
+            let modes: Vec<Mode> = (0..m).map(|i| self.mode(i, &p[i], size)).collect();
             let turned =
-                |i: usize| oriented(i).is_some_and(|s| modes[i] != Mode::Open && modes[i] != Mode::Slide(s));
+                |i: usize| kept[i].is_some_and(|s| modes[i] != Mode::Open && modes[i] != Mode::Slide(s));
             if !(0..m).any(turned) {
-                return Ok(self.refine(&p, modes, &oriented));
+                return Ok(self.refine(&p, modes, slip));
             }
             far *= 10.0;
         }
         Ok(None)
     }
 
-    /// The exact solution near `p`, by correcting the modes one at a time; `p` itself where no set of modes is consistent
-    /// (many contacts that are redundant) and nothing is oriented.
+    fn diagonal(&self, i: usize, d: usize) -> f64 {
+        self.w[(i * D + d, i * D + d)]
+    }
+
+    /// The mode of contact `i` with percussion `p` in a problem of velocities of this size.
+    fn mode(&self, i: usize, p: &SVector<f64, D>, size: f64) -> Mode {
+        if p[0] * self.diagonal(i, 0) <= NOTHING * size {
+            return Mode::Open;
+        }
+        if !self.rubs(i) {
+            return Mode::Slide(1.0);
+        }
+        let tangential = p[D - 1];
+        let sticks = tangential.abs() < self.friction[i] * p[0] * (1.0 - 1e-7);
+        if sticks { Mode::Stick } else { Mode::Slide(-tangential.signum()) }
+    }
+
+    /// The exact solution near `p`, by correcting the modes one at a time. Where that does not end, the exact solution
+    /// of the modes that were given, if it misses their inequalities by no more than a solver may.
     fn refine(
         &self,
         p: &[SVector<f64, D>],
-        mut modes: Vec<Mode>,
-        oriented: &dyn Fn(usize) -> Option<f64>,
+        modes: Vec<Mode>,
+        slip: &[Option<f64>],
     ) -> Option<(Vec<SVector<f64, D>>, Vec<Mode>)> {
-        let m = self.contacts();
-        let size = self.b.amax();
         let first = modes.clone();
-        let ones = vec![1.0; m];
-        let diagonal = |i: usize, d: usize| self.w[(i * D + d, i * D + d)];
-        for _ in 0..4 * m + 4 {
-            let Some(WithModes { p: exact, .. }) = self.with_modes(&modes, p, &ones) else { break };
-            let w = self.shifted(&exact);
-            let (mut worst, mut flip) = (CONSISTENT * size, None);
-            let mut consider = |miss: f64, i: usize, mode: Mode| {
-                if miss > worst {
-                    (worst, flip) = (miss, Some((i, mode)));
-                }
-            };
-            for i in 0..m {
-                let tangential = if self.rubs(i) { exact[i][D - 1] } else { 0.0 };
-                match modes[i] {
-                    Mode::Open => {
-                        let closed = match oriented(i) {
-                            Some(s) => Mode::Slide(s),
-                            None if self.rubs(i) => Mode::Stick,
-                            None => Mode::Slide(1.0),
-                        };
-                        consider(-w[i][0], i, closed);
-                    }
-                    Mode::Stick => {
-                        let over = tangential.abs() - self.friction[i] * exact[i][0];
-                        consider(over * diagonal(i, D - 1), i, Mode::Slide(-tangential.signum()));
-                        consider(-exact[i][0] * diagonal(i, 0), i, Mode::Open);
-                    }
-                    Mode::Slide(s) => {
-                        if self.rubs(i) && oriented(i).is_none() {
-                            consider(-s * w[i][D - 1], i, Mode::Stick);
-                        }
-                        consider(-exact[i][0] * diagonal(i, 0), i, Mode::Open);
-                    }
-                }
-            }
+        let mut modes = modes;
+        for _ in 0..8 * modes.len() + 8 {
+            let Some((exact, flip)) = self.examine(p, &modes, slip, CONSISTENT) else { break };
             match flip {
                 None => return Some((exact, modes)),
                 Some((i, mode)) => modes[i] = mode,
             }
         }
-        (0..m).all(|i| oriented(i).is_none()).then(|| (p.to_vec(), first))
+        match self.examine(p, &first, slip, TOLERABLE) {
+            Some((exact, None)) => Some((exact, first)),
+            _ => None,
+        }
+    }
+
+    /// The solution with these modes, and the contact that misses its inequality worst with the mode it should have;
+    /// misses are relative to the terms of the row, w_r = b_r + Σ W_rs p_s. `None` where the modes have no solution.
+    #[expect(clippy::type_complexity, reason = "a solution and a contact to change")]
+    fn examine(
+        &self,
+        p: &[SVector<f64, D>],
+        modes: &[Mode],
+        slip: &[Option<f64>],
+        tolerance: f64,
+    ) -> Option<(Vec<SVector<f64, D>>, Option<(usize, Mode)>)> {
+        let exact = self.with_modes(modes, p, &vec![1.0; modes.len()])?.p;
+        let w = self.shifted(&exact);
+        let size = |i: usize, d: usize| {
+            let row = i * D + d;
+            let term = |(j, p): (usize, &SVector<f64, D>)| {
+                (0..D).map(|e| (self.w[(row, j * D + e)] * p[e]).abs()).sum::<f64>()
+            };
+            self.b[row].abs() + exact.iter().enumerate().map(term).sum::<f64>()
+        };
+        let (mut worst, mut flip) = (tolerance, None);
+        let mut consider = |miss: f64, size: f64, i: usize, mode: Mode| {
+            if miss > worst * size {
+                (worst, flip) = (miss / size, Some((i, mode)));
+            }
+        };
+        for i in 0..modes.len() {
+            let rubs = self.rubs(i);
+            let oriented = if rubs { slip[i] } else { None };
+            let (normal, tangential) = (size(i, 0), size(i, D - 1));
+            let (weight, drag) =
+                (exact[i][0] * self.diagonal(i, 0), exact[i][D - 1] * self.diagonal(i, D - 1));
+            if modes[i] != Mode::Open && w[i][0].abs() > TOLERABLE * normal {
+                return None;
+            }
+            match modes[i] {
+                Mode::Open => {
+                    let closed = match oriented {
+                        Some(s) => Mode::Slide(s),
+                        None if rubs => Mode::Stick,
+                        None => Mode::Slide(1.0),
+                    };
+                    consider(-w[i][0], normal, i, closed);
+                }
+                Mode::Stick => {
+                    if w[i][D - 1].abs() > TOLERABLE * tangential {
+                        return None;
+                    }
+                    let limit = self.friction[i] * exact[i][0] * self.diagonal(i, D - 1);
+                    consider(drag.abs() - limit, tangential, i, Mode::Slide(-drag.signum()));
+                    consider(-weight, normal, i, Mode::Open);
+                }
+                Mode::Slide(s) => {
+                    if rubs && oriented.is_none() {
+                        consider(-s * w[i][D - 1], tangential, i, Mode::Stick);
+                    }
+                    consider(-weight, normal, i, Mode::Open);
+                }
+            }
+        }
+        Some((exact, flip))
     }
 }
