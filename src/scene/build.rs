@@ -2,7 +2,7 @@
 
 use super::format::{ActivationRuleName, InterfaceSpec};
 use super::names::{Directory, Groups};
-use super::{PreloadSpec, Run, Scene, SceneError};
+use super::{LoadSpec, PreloadSpec, Run, Scene, SceneError};
 use crate::laws::{self, ContactLaw};
 use crate::scalar::{Scalar, lit};
 use crate::scheme::{Activation, ActivationRule, Settings, ThetaScheme, equilibrium};
@@ -189,6 +189,11 @@ fn build_system<T: Scalar, const D: usize>(
     for (body, groups) in scene.bodies.iter().zip(&contactor_groups) {
         let id = builder.body(&body.name, Body { mass: lit(body.mass), inertia: lit(body.inertia) })?;
         builder.force(id, body.force.map(lit), lit(body.torque))?;
+        for LoadSpec { force, torque, signal } in &body.loads {
+            builder.load(id, force.map(lit), lit(*torque), signal.signal())?;
+        }
+        builder.spring(id, body.stiffness.map(lit))?;
+        builder.damper(id, body.damping.map(lit))?;
         for (disc, &group) in body.discs.iter().zip(groups) {
             let label = format!("{}.{}", body.name, disc.name);
             builder.disc(&label, id, disc.centre.map(lit), lit(disc.radius), ids[group])?;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use super::{SceneError, SolidSpec};
+use super::{SceneError, SignalSpec, SolidSpec};
 
 /// A scene of planar rigid bodies, or of one elastic body. Units are SI (m, kg, s, N, rad), or any other consistent
 /// set: mm, ms, g makes MPa, N, mJ.
@@ -169,12 +169,37 @@ pub struct BodySpec {
     /// Constant torque (N m).
     #[serde(default)]
     pub torque: f64,
+    /// Forces that vary in time, added to the constant one.
+    #[serde(default)]
+    pub loads: Vec<LoadSpec>,
+    /// Springs to the ground, along x, along y and in rotation (N/m, N/m, N m/rad); without force at position (0, 0)
+    /// and angle 0.
+    #[serde(default)]
+    pub stiffness: [f64; 3],
+    /// Dampers to the ground, likewise (N s/m, N s/m, N m s).
+    #[serde(default)]
+    pub damping: [f64; 3],
     /// Contact discs and points of the body.
     #[serde(default)]
     pub discs: Vec<DiscSpec>,
     /// Convex polygons of the body.
     #[serde(default)]
     pub polygons: Vec<PolygonSpec>,
+}
+
+/// A force and a torque on a body, times a signal.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LoadSpec {
+    /// Force (N).
+    #[serde(default)]
+    pub force: [f64; 2],
+    /// Torque (N m).
+    #[serde(default)]
+    pub torque: f64,
+    /// Signal; constant where absent.
+    #[serde(default)]
+    pub signal: SignalSpec,
 }
 
 /// A convex polygon of a body.

@@ -15,8 +15,8 @@ mod solid;
 pub use build::{Planar, build, contact_dimension};
 pub use error::SceneError;
 pub use format::{
-    ActivationRuleName, BodySpec, DiscSpec, HalfPlaneSpec, InterfaceSpec, JointSpec, OutputSpec, PolygonSpec,
-    ScalarName, Scene, SolverSpec, TimeSpec,
+    ActivationRuleName, BodySpec, DiscSpec, HalfPlaneSpec, InterfaceSpec, JointSpec, LoadSpec, OutputSpec,
+    PolygonSpec, ScalarName, Scene, SolverSpec, TimeSpec,
 };
 pub use plan::{Overrides, Run};
 pub use solid::{
