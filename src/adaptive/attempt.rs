@@ -23,11 +23,21 @@ pub(super) enum Attempt<T> {
     Failed(StepError),
 }
 
-/// Trials from one state after which an error that stays is that of a jump.
-const PATIENCE: usize = 4;
+/// Trials from one state after which an error that does not fall as that of smooth motion is one of a jump.
+const PATIENCE: usize = 3;
+
+/// Power of the length by which the error of a trial falls at least where the motion is smooth: two for contacts that
+/// curve, three else.
+const SMOOTH_POWER: f64 = 1.9;
 
 /// Share of what is left for jumps that one of them takes.
 const JUMP: f64 = 0.05;
+
+/// Share of ε for what a force does unseen, before a contact starts to slide or lifts.
+const HIDDEN: f64 = 0.02;
+
+/// Rounding of local velocities, in ε of the scene's speed.
+const ROUNDING: f64 = 1e5;
 
 fn larger<T: Scalar>(x: T, y: T) -> T {
     nalgebra::RealField::max(x, y)
@@ -64,17 +74,19 @@ where
             return Ok(event);
         }
         let share = lit::<T>(SMOOTH) * self.settings.tolerance * size / self.span;
-        // No longer than steps known to be good, or as another trial foresaw: one step is enough.
-        let known = size <= self.control.verified * lit::<T>(0.5);
+        // On the way to an event: no longer than steps known to be good, or as another trial foresaw, one step is enough.
+        let approaches = self.control.to_event > T::zero() && size < self.control.size;
+        let known = approaches && size <= self.control.verified * lit::<T>(0.5);
         if known || cross_check.is_some_and(|error| error <= share) {
-            self.count(size, 1, cross_check.unwrap_or(T::zero()));
+            self.count(size, 1, if known { self.density * size } else { cross_check.unwrap_or(T::zero()) });
             self.keep(0);
             self.came_by = size;
             return Ok(Attempt::Kept(1));
         }
         self.ahead.0.copy_from_slice(&self.scheme.state().q);
         self.ahead.1.copy_from_slice(&self.scheme.state().v);
-        let signature = signature(&self.scheme.last_step().contacts);
+        let still = lit::<T>(ROUNDING) * epsilon::<T>() * self.scheme.scales().speed;
+        let signature = signature(&self.scheme.last_step().contacts, still);
         self.scheme.recall(&self.start);
 
         let third = size / lit::<T>(3.0);
@@ -89,8 +101,8 @@ where
                 return Ok(Attempt::Event(time));
             }
             let contacts = &self.scheme.last_step().contacts;
-            smooth &= signature == self::signature(contacts);
-            smooth &= i == 0 || turned_not(&self.records[i - 1].step.contacts, contacts);
+            smooth &= signature == self::signature(contacts, still);
+            smooth &= i == 0 || turned_not(&self.records[i - 1].step.contacts, contacts, still);
             self.keep(i);
         }
         if let Some(time) = self.dip(third) {
@@ -103,15 +115,20 @@ where
         let state = self.scheme.state();
         let difference = self.distance((&self.ahead.0, &self.ahead.1), (&state.q, &state.v));
         let error = difference / if smooth && midpoint { lit::<T>(8.0) } else { lit::<T>(2.0) };
-        self.last_error = (error, share);
+        let error = larger(error, self.unresolved_force(third));
         let jump = self.for_jumps * lit::<T>(JUMP);
-        if !(error <= share) && self.trials >= PATIENCE && error <= jump {
-            self.for_jumps -= error;
-            self.count(third, 3, error);
-            self.control.verified = T::zero();
-        } else if error <= share {
+        let (before, longer) = self.last_trial;
+        let falls = nalgebra::ComplexField::powf(size / longer, lit::<T>(SMOOTH_POWER));
+        self.last_error = (error, share);
+        self.last_trial = (error, size);
+        if error <= share {
+            self.density = error / size;
             self.count(third, 3, error);
             self.control.kept(size, error / share, order);
+        } else if self.trials >= PATIENCE && error <= jump && !(error <= before * falls) {
+            self.for_jumps -= error;
+            self.count(third, 3, error);
+            self.control.jumped();
         } else {
             self.trials += 1;
             self.scheme.recall(&self.start);
@@ -119,6 +136,33 @@ where
         }
         self.came_by = third;
         Ok(Attempt::Kept(3))
+    }
+
+    /// What the forces of time may do between the ends of three steps of length `third` that are kept, as an error until
+    /// T, over the part of ε that a contact may hide of it, in shares of one step: a body that sticks shows nothing of
+    /// the forces on it until it slides.
+    fn unresolved_force(&mut self, third: T) -> T {
+        if !self.scheme.system().forces().varies() || self.scheme.last_step().contacts.is_empty() {
+            return T::zero();
+        }
+        let Self { scheme, point, ahead, weights, start, .. } = self;
+        let (from, force, sum) = (start.time(), point, &mut ahead.0);
+        let mut largest = T::zero();
+        // Second differences over the four ends of steps.
+        for offset in 0..2 {
+            sum.fill(T::zero());
+            for (i, factor) in [(0, T::one()), (1, -lit::<T>(2.0)), (2, T::one())] {
+                scheme.system().forces().at(from + third * lit::<T>((offset + i) as f64), force);
+                crate::linalg::axpy(sum, factor, force);
+            }
+            scheme.accelerate(sum);
+            let bend = sum.iter().zip(&*weights).map(|(&a, &w)| w * nalgebra::ComplexField::abs(a));
+            largest = bend.fold(largest, larger);
+        }
+        // A parabola bends off its chord by an eighth of its second difference.
+        let hidden = largest * lit::<T>(0.125) * third * self.remaining();
+        let allowed = self.settings.tolerance * lit::<T>(HIDDEN);
+        if hidden > allowed { hidden } else { T::zero() }
     }
 
     /// e_q + (T − t) e_v of the distance between two states, as a share of the scene's length.
@@ -207,27 +251,31 @@ where
     }
 }
 
-/// What every active contact does, to see that none changed: open, sticking or sliding, mixed into one number.
-fn signature<T: Scalar, const D: usize>(contacts: &[ContactStep<T, D>]) -> u64 {
-    contacts.iter().fold(0xcbf2_9ce4_8422_2325, |hash, contact| {
-        let sliding = (contact.before + contact.after).norm_squared()
-            - (contact.before[0] + contact.after[0]) * (contact.before[0] + contact.after[0]);
-        let speed = contact.before.norm_squared() + contact.after.norm_squared();
+/// What every active contact does, to see that none changed: open, sticking or sliding, mixed into one number. Speeds
+/// below `still` are rounding.
+fn signature<T: Scalar, const D: usize>(contacts: &[ContactStep<T, D>], still: T) -> u64 {
+    contacts.iter().fold(0xcbf2_9ce4_8422_2325, |hash: u64, contact| {
+        let sum = contact.before + contact.after;
+        let sliding = nalgebra::ComplexField::sqrt(larger(sum.norm_squared() - sum[0] * sum[0], T::zero()));
         let state = match contact.percussion[0] > T::zero() {
-            false => 0,
-            true if sliding > lit::<T>(1e-12) * speed => 1,
+            false => return hash,
+            true if sliding > still => 1,
             true => 2,
         };
-        if state == 0 { hash } else { (hash ^ (contact.id.0 * 4 + state)).wrapping_mul(0x0100_0000_01b3) }
+        (hash ^ contact.id.0.wrapping_mul(4).wrapping_add(state)).wrapping_mul(0x0100_0000_01b3)
     })
 }
 
 /// Whether H of the active contacts is the same in two steps: H(q_k) v_{k+1} of the first is H(q_{k+1}) v_{k+1} of the
-/// second.
-fn turned_not<T: Scalar, const D: usize>(one: &[ContactStep<T, D>], other: &[ContactStep<T, D>]) -> bool {
+/// second, to `still`.
+fn turned_not<T: Scalar, const D: usize>(
+    one: &[ContactStep<T, D>],
+    other: &[ContactStep<T, D>],
+    still: T,
+) -> bool {
     one.len() == other.len()
-        && one.iter().zip(other).all(|(one, other)| {
-            let scale = one.before.norm() + one.after.norm() + other.after.norm();
-            one.id == other.id && (one.after - other.before).norm() <= lit::<T>(1e3) * epsilon::<T>() * scale
-        })
+        && one
+            .iter()
+            .zip(other)
+            .all(|(one, other)| one.id == other.id && (one.after - other.before).norm() <= still)
 }

@@ -14,6 +14,8 @@ const SHRINKAGE: f64 = 0.1;
 pub(super) struct Control<T> {
     /// 3h of the next trial between events.
     pub(super) size: T,
+    /// The last 3h kept for its estimate.
+    proven: T,
     /// Largest 3h.
     largest: T,
     /// Estimate over share of the last trial kept.
@@ -28,7 +30,7 @@ impl<T: Scalar> Control<T> {
     pub(super) fn new(first: T, largest: T) -> Self {
         let three = lit::<T>(3.0);
         let (size, largest) = (first * three, largest * three);
-        Self { size, largest, last: T::one(), verified: T::zero(), to_event: T::zero() }
+        Self { size, proven: size, largest, last: T::one(), verified: T::zero(), to_event: T::zero() }
     }
 
     /// A trial of length `size` was kept, its estimate `ratio` times its share, at the order `order` of the scheme.
@@ -49,7 +51,7 @@ impl<T: Scalar> Control<T> {
         }
         self.size = nalgebra::RealField::min(self.size, self.largest);
         self.last = now;
-        self.verified = size / lit::<T>(3.0);
+        (self.verified, self.proven) = (size / lit::<T>(3.0), size);
     }
 
     /// The length to try in place of `size`, whose estimate was `ratio` > 1 times its share.
@@ -58,9 +60,15 @@ impl<T: Scalar> Control<T> {
         let bounded = nalgebra::RealField::min(factor, lit::<T>(0.7));
         // Written so that a NaN shrinks.
         let factor = if bounded > lit::<T>(SHRINKAGE) { bounded } else { lit::<T>(SHRINKAGE) };
-        self.last = T::one();
+        (self.last, self.verified) = (T::one(), T::zero());
         self.size = nalgebra::RealField::min(self.size, size * factor);
         size * factor
+    }
+
+    /// A jump was stepped over in small steps: behind it the motion is as smooth as before.
+    pub(super) fn jumped(&mut self) {
+        (self.last, self.verified) = (T::one(), T::zero());
+        self.size = self.proven;
     }
 
     /// An impact: what was known of the motion before it says nothing of that after it, but its length is a guess.

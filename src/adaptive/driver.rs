@@ -17,8 +17,10 @@ use crate::system::MechanicalSystem;
 /// γ, the gap that counts as closed, as a share of ε L.
 const CLOSED: f64 = 1e-4;
 
-/// Share of ε for the smooth motion; the other half is for jumps.
-pub(super) const SMOOTH: f64 = 0.5;
+/// Share of ε for the smooth motion, and for jumps. Errors of the velocity count for the time that is left, half the span in
+/// the mean: the estimates of a run add up to about half of it.
+pub(super) const SMOOTH: f64 = 1.0;
+const JUMPS: f64 = 0.5;
 
 /// Trials from one state at most: each shrinks, and a length has 52 powers of two and a few.
 const MOST_TRIALS: usize = 200;
@@ -82,6 +84,9 @@ pub struct Adaptive<T: Scalar, const D: usize, S, L, V> {
     pub(super) report: Report<T>,
     /// Trials from the present start whose error was too large.
     pub(super) trials: usize,
+    /// Estimate and length of the last trial; error per unit of time of the last one kept.
+    pub(super) last_trial: (T, T),
+    pub(super) density: T,
     /// Estimate of the last trial, and its share.
     pub(super) last_error: (T, T),
 }
@@ -143,7 +148,7 @@ where
             near: Vec::new(),
             candidates: Vec::new(),
             point: zeros(),
-            for_jumps: lit::<T>(SMOOTH) * settings.tolerance,
+            for_jumps: lit::<T>(JUMPS) * settings.tolerance,
             acceleration: scales.speed * scales.speed / (scales.length * scales.length),
             report: Report {
                 accepted: 0,
@@ -155,6 +160,8 @@ where
                 largest_step: T::zero(),
             },
             trials: 0,
+            last_trial: (T::zero(), T::one()),
+            density: T::zero(),
             last_error: (T::zero(), T::zero()),
             scheme,
             settings,

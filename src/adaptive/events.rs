@@ -198,9 +198,12 @@ where
                 return Meeting::At(size * half);
             }
             let top = -near.rate / fall;
-            if near.rate * (top + top) <= closed * lit::<T>(0.7) {
-                let room = closed * lit::<T>(0.95) - near.gap;
-                return Meeting::Rest(larger(room / near.rate, self.least));
+            // Where the active set would keep it in a flight this low, the law may as well bring it to rest.
+            let room = (closed * lit::<T>(0.999) - near.gap) / near.rate;
+            let rule = self.scheme.settings().activation.rule;
+            let kept = rule != ActivationRule::MoreauJean || near.rate <= self.scheme.tolerances().1;
+            if room >= top + top && kept {
+                return Meeting::Rest(room);
             }
             level = smaller(near.gap, landing);
             from = (top, self.gap_on_path(near, top) - level);

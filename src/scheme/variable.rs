@@ -75,6 +75,13 @@ pub(crate) struct Saved<T: Scalar, const D: usize> {
     clock: Clock<T>,
 }
 
+impl<T: Scalar, const D: usize> Saved<T, D> {
+    /// Time (s).
+    pub(crate) fn time(&self) -> T {
+        self.clock.origin
+    }
+}
+
 impl<T, const D: usize, S, L, V> ThetaScheme<T, D, S, L, V>
 where
     T: Scalar,
@@ -242,6 +249,12 @@ where
             (saved.energies, saved.balance, saved.solution);
         self.clock = saved.clock;
         (self.state.index, self.state.time) = (saved.clock.index, saved.clock.origin);
+    }
+
+    /// forces ← M̂⁻¹ forces: accelerations, but for h.
+    pub(crate) fn accelerate(&mut self, forces: &mut [T]) {
+        self.factor.solve_in_place(&mut forces[..self.free]);
+        forces[self.free..].fill(T::zero());
     }
 
     /// Candidates with gap ≤ `reach` in configuration q.
