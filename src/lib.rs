@@ -14,6 +14,7 @@
 //! impact law. Energy conservation and dissipation properties for elastodynamics with contact impact and friction"
 //! (2024). Local vectors are ordered (N, T1, T2); the normal points from the obstacle to the body.
 
+pub mod adaptive;
 #[cfg(feature = "collection")]
 pub mod collection;
 pub mod cone;
