@@ -15,6 +15,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("solver", &["cone", "linalg", "scalar"]),
     ("energy", &["contact", "scalar", "system"]),
     ("scheme", &["cone", "contact", "energy", "laws", "linalg", "scalar", "solver", "system"]),
+    ("adaptive", &["contact", "laws", "linalg", "scalar", "scheme", "solver", "system"]),
     ("event_driven", &["cone", "contact", "energy", "laws", "linalg", "solver", "system"]),
     ("file", &[]),
     ("plot", &["file"]),
@@ -40,6 +41,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     (
         "study",
         &[
+            "adaptive",
             "collection",
             "energy",
             "event_driven",

@@ -459,7 +459,8 @@ fn solvers_are_swept_over_tolerances_in_both_arithmetics() {
     assert_eq!(known, table("one"));
     let profile = results.sweep.profile_figure(&[1e-3]).svg().expect("a figure");
     let precision = results.sweep.precision_figure().svg().expect("a figure");
-    assert!([&profile, &precision].iter().all(|figure| figure.contains("nsgs f32")));
+    assert!(profile.contains("f32 to 1e-3") && profile.contains("f64 to 1e-3"));
+    assert!(precision.contains("dotted: f32") && precision.contains("nsgs"));
     assert!(results.sweep.residual_figure().svg().expect("a figure").contains("spatial-ten-global"));
 }
 

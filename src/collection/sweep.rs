@@ -37,11 +37,10 @@ impl Sweep {
         names.filter(|name| seen.insert(*name)).collect()
     }
 
-    /// The comparison at one tolerance; solvers in single precision are called `NAME f32`.
-    pub fn at(&self, tolerance: f64) -> Benchmark {
-        let here = self.measurements.iter().filter(|m| m.tolerance == tolerance);
-        let named = here.map(|m| Measurement { solver: full_name(&m.solver, &m.scalar), ..m.clone() });
-        Benchmark { measurements: named.collect(), tolerance }
+    /// The comparison at one tolerance in one arithmetic.
+    pub fn at(&self, tolerance: f64, scalar: &str) -> Benchmark {
+        let here = self.measurements.iter().filter(|m| m.tolerance == tolerance && m.scalar == scalar);
+        Benchmark { measurements: here.cloned().collect(), tolerance }
     }
 
     /// Number of problems a solver solved to a tolerance, and the CPU time (s) in which it solved half of all problems, to

@@ -3,16 +3,13 @@
 use super::lines::{MEASURES, Measure};
 use super::scene::SceneResults;
 use super::{Bin, Line};
-use crate::plot::{Dash, Figure, Marker, Panel, Series, Style};
+use crate::plot::{Dash, Figure, MARKERS, Panel, Series, Style};
 
 /// Size in pixels of a row of two panels over two journal columns.
 const ROW: (f64, f64) = (644.0, 250.0);
 
 /// Widths of a line, and of a marked one.
 const WIDTHS: (f64, f64) = (1.1, 2.6);
-
-const MARKERS: [Marker; 6] =
-    [Marker::Disc, Marker::Square, Marker::Triangle, Marker::Diamond, Marker::Cross, Marker::Circle];
 
 impl SceneResults {
     /// Relative errors of q and v against CPU time, a line for each [`Line`]: a point is the h of a quarter of a decade,

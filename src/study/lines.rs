@@ -134,7 +134,7 @@ impl SceneResults {
             let words = |scalar: bool| {
                 let shown =
                     varying.iter().map(|&i| &fields[i]).filter(|(name, _)| scalar || name != "scalar");
-                shown.map(|(name, value)| word(name, value)).collect::<Vec<_>>().join(", ")
+                shown.filter_map(|(name, value)| word(name, value)).collect::<Vec<_>>().join(", ")
             };
             let has = |(name, value): (&String, &toml::Value)| {
                 settings.iter().any(|(own, text)| own == name && *text == super::settings::text(value))
@@ -155,9 +155,10 @@ impl SceneResults {
     }
 }
 
-/// A setting in the words of a legend.
-fn word(name: &str, value: &str) -> String {
-    match name {
+/// A setting in the words of a legend; fixed steps go without saying.
+fn word(name: &str, value: &str) -> Option<String> {
+    Some(match name {
+        "scheme" if value == Stepping::Fixed(0.0).name() => return None,
         "law" | "solver" | "scalar" | "scheme" => value.into(),
         "theta" => format!("θ = {value}"),
         "tolerance" => format!("tol {value}"),
@@ -165,7 +166,7 @@ fn word(name: &str, value: &str) -> String {
             let short = path.rsplit('.').next().unwrap_or(path);
             if value.is_empty() { format!("{short} as is") } else { format!("{short} {value}") }
         }
-    }
+    })
 }
 
 impl Line {

@@ -19,7 +19,7 @@
 //! "interfaces.0.parameters.friction" = [0.01, 0.1]
 //! ```
 //!
-//! `epsilon` is the list of tolerances of adaptive runs, beside or in place of `h`. What a block does not name is as in
+//! `epsilon` is the list of tolerances of [`crate::adaptive`] runs, beside or in place of `h`. What a block does not name is as in
 //! the scene. In place of a list stands `{ from, to, per_decade }`: values at the middle of equal cells of the logarithm,
 //! which no impact time is a multiple of. That matters, as the error of an event-capturing scheme saw-tooths with the
 //! place of the impacts in their steps: it varies 27-fold at the same h, so that two steps say nothing about the order. A
@@ -92,6 +92,7 @@ mod problems;
 mod reference;
 mod references;
 mod run;
+mod runner;
 mod scene;
 mod settings;
 mod tables;

@@ -1,7 +1,7 @@
 //! One run of a study: its errors, then its time.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use cpu_time::ThreadTime;
@@ -10,11 +10,11 @@ use serde::{Deserialize, Serialize};
 use super::errors::{ErrorRecorder, Errors, Norm};
 use super::plan::Job;
 use super::reference::Reference;
-use crate::laws::ContactLaw as _;
-use crate::observe::{Frame, ObserveError, Observer, RunInfo};
+use super::runner::Runner;
+use crate::observe::{Frame, ObserveError, Observer};
 use crate::scalar::Scalar;
-use crate::scene::{Planar, ScalarName, build};
-use crate::simulate::{self, simulate};
+use crate::scene::ScalarName;
+use crate::simulate;
 
 /// What came of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -39,9 +39,6 @@ pub struct Outcome {
 
 /// Timed runs of one setting at most.
 const MOST_REPEATS: usize = 1000;
-
-/// Steps between two looks at the interrupt flag in a timed run.
-const STRETCH: usize = 256;
 
 /// Steps and iterations of a run.
 #[derive(Default)]
@@ -90,27 +87,31 @@ fn with<T: Scalar, const D: usize>(
         repeats: 0,
     };
     let mut counter = Counter::default();
-    let mut scheme = match build::<T, D>(&job.scene, &job.run) {
-        Ok(scheme) => scheme,
-        Err(error) => return Some(failed(error.to_string(), &counter)),
+    let mut runner = match Runner::<T, D>::new(job) {
+        Ok(runner) => runner,
+        Err(message) => return Some(failed(message, &counter)),
     };
-    let start = scheme.snapshot();
     let norm = if job.scene.solid.is_some() { Norm::RootMeanSquare } else { Norm::Largest };
     let mut recorder = ErrorRecorder::new(Arc::clone(reference), norm, job.scene.time.end);
-    let laws = scheme.laws().iter().map(|law| law.name().to_string()).collect();
-    let info = RunInfo::new(&job.run.law, &job.run.solver, laws, scheme.settings());
-    match simulate(&mut scheme, job.run.steps, &info, &mut [&mut recorder, &mut counter], stop) {
+    match runner.observed(job, &mut [&mut recorder, &mut counter], stop) {
         Ok(simulate::Outcome::Completed) => {}
         Ok(simulate::Outcome::Interrupted) => return None,
-        Err(error) => return Some(failed(error.to_string(), &counter)),
+        Err(message) => return Some(failed(message, &counter)),
     }
 
     let (mut cpu_seconds, mut wall_seconds, mut total, mut repeats) = (f64::INFINITY, f64::INFINITY, 0.0, 0);
     while repeats == 0 || (total < least && repeats < MOST_REPEATS) {
-        if let Err(error) = scheme.restore(&start) {
-            return Some(failed(error.to_string(), &counter));
+        if let Err(message) = runner.rewind(job) {
+            return Some(failed(message, &counter));
         }
-        let (cpu, wall) = timed(&mut scheme, job.run.steps, stop)?;
+        let (cpu, wall) = (ThreadTime::now(), Instant::now());
+        let outcome = runner.plain(stop);
+        let (cpu, wall) = (cpu.elapsed().as_secs_f64(), wall.elapsed().as_secs_f64());
+        match outcome {
+            Ok(simulate::Outcome::Completed) => {}
+            Ok(simulate::Outcome::Interrupted) => return None,
+            Err(message) => return Some(failed(message, &counter)),
+        }
         if cpu < cpu_seconds {
             (cpu_seconds, wall_seconds) = (cpu, wall);
         }
@@ -127,22 +128,4 @@ fn with<T: Scalar, const D: usize>(
         wall_seconds,
         repeats,
     })
-}
-
-/// CPU and wall seconds of `steps` steps, which are known to succeed; `None` where they were interrupted.
-fn timed<T: Scalar, const D: usize>(
-    scheme: &mut Planar<T, D>,
-    steps: usize,
-    stop: &AtomicBool,
-) -> Option<(f64, f64)> {
-    let (cpu, wall) = (ThreadTime::now(), Instant::now());
-    for step in 0..steps {
-        if step % STRETCH == 0 && stop.load(Ordering::Relaxed) {
-            return None;
-        }
-        if scheme.step().is_err() {
-            break;
-        }
-    }
-    Some((cpu.elapsed().as_secs_f64(), wall.elapsed().as_secs_f64()))
 }

@@ -53,23 +53,25 @@ pub struct Settings {
 }
 
 /// The short names of a study, and the keys of a scene they stand for.
-pub(super) const SHORT: [(&str, &str); 7] = [
+pub(super) const SHORT: [(&str, &str); 6] = [
     ("law", "laws"),
     ("theta", "time.theta"),
     ("h", "time.step"),
-    ("epsilon", "time.tolerance"),
     ("solver", "solvers"),
     ("tolerance", "solver.tolerance"),
     ("scalar", "scalar"),
 ];
 
+/// The tolerance of adaptive steps, which is none of the scene.
+pub(super) const EPSILON: &str = "epsilon";
+
 /// What the scene has to change for a value of a key of the study.
 pub(super) fn changes(key: &str, value: &Value) -> Vec<(String, Value)> {
     let set = |key: &str, value: Value| (key.to_string(), value);
     match SHORT.iter().find(|(short, _)| *short == key) {
+        _ if key == EPSILON => Vec::new(),
         // A run has one law and one solver.
         Some((_, long @ ("laws" | "solvers"))) => vec![set(long, Value::Array(vec![value.clone()]))],
-        Some(("epsilon", long)) => vec![set("time.step", "adaptive".into()), set(long, value.clone())],
         Some((_, long)) => vec![set(long, value.clone())],
         None => vec![set(key, value.clone())],
     }
