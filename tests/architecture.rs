@@ -20,11 +20,12 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("file", &[]),
     ("plot", &["file"]),
     ("observe", &["contact", "energy", "file", "linalg", "mesh", "plot", "scalar", "scheme", "system"]),
-    ("simulate", &["laws", "observe", "scalar", "scheme", "solver", "system"]),
+    ("simulate", &["adaptive", "laws", "observe", "scalar", "scheme", "solver", "system"]),
     ("fclib", &["cone", "file", "linalg", "scalar"]),
     (
         "scene",
         &[
+            "adaptive",
             "contact",
             "energy",
             "event_driven",
@@ -62,6 +63,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     (
         "cli",
         &[
+            "adaptive",
             "collection",
             "contact",
             "file",

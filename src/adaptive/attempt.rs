@@ -59,6 +59,10 @@ where
 
     /// Tries a step of length `size` from the start, `misses` trials having ended for an event.
     pub(super) fn attempt(&mut self, size: T, misses: usize) -> Result<Attempt<T>, AdaptiveError> {
+        let share = lit::<T>(SMOOTH) * self.settings.tolerance * size / self.span;
+        if std::mem::take(&mut self.control.coasts) && !self.may_close(size) {
+            return self.coast(size, share);
+        }
         if let Err(error) = self.make(size)? {
             return Ok(Attempt::Failed(error));
         }
@@ -73,7 +77,6 @@ where
             self.scheme.recall(&self.start);
             return Ok(event);
         }
-        let share = lit::<T>(SMOOTH) * self.settings.tolerance * size / self.span;
         // On the way to an event: no longer than steps known to be good, or as another trial foresaw, one step is enough.
         let approaches = self.control.to_event > T::zero() && size < self.control.size;
         let known = approaches && size <= self.control.verified * lit::<T>(0.5);
@@ -85,63 +88,120 @@ where
         }
         self.ahead.0.copy_from_slice(&self.scheme.state().q);
         self.ahead.1.copy_from_slice(&self.scheme.state().v);
-        let still = lit::<T>(ROUNDING) * epsilon::<T>() * self.scheme.scales().speed;
-        let signature = signature(&self.scheme.last_step().contacts, still);
+        let signature = signature(&self.scheme.last_step().contacts, self.still());
         self.scheme.recall(&self.start);
-
-        let third = size / lit::<T>(3.0);
-        let mut smooth = true;
-        for i in 0..3 {
-            if let Err(error) = self.make(third)? {
-                self.scheme.recall(&self.start);
-                return Ok(Attempt::Failed(error));
-            }
-            if let Some(time) = self.passing(i, third) {
-                self.scheme.recall(&self.start);
-                return Ok(Attempt::Event(time));
-            }
-            let contacts = &self.scheme.last_step().contacts;
-            smooth &= signature == self::signature(contacts, still);
-            smooth &= i == 0 || turned_not(&self.records[i - 1].step.contacts, contacts, still);
-            self.keep(i);
-        }
-        if let Some(time) = self.dip(third) {
-            self.scheme.recall(&self.start);
-            return Ok(Attempt::Event(time));
-        }
-        let theta = self.scheme.settings().theta;
-        let midpoint = nalgebra::ComplexField::abs(theta - lit::<T>(0.5)) <= lit::<T>(4.0) * epsilon::<T>();
-        let order = if smooth && midpoint { lit::<T>(2.0) } else { T::one() };
+        let same = match self.three(size)? {
+            Ok(same) => same,
+            Err(ended) => return Ok(ended),
+        };
+        let smooth = same == Some(signature) && self.is_midpoint();
+        let order = if smooth { lit::<T>(2.0) } else { T::one() };
         let state = self.scheme.state();
         let difference = self.distance((&self.ahead.0, &self.ahead.1), (&state.q, &state.v));
-        let error = difference / if smooth && midpoint { lit::<T>(8.0) } else { lit::<T>(2.0) };
-        let error = larger(error, self.unresolved_force(third));
+        let error = difference / if smooth { lit::<T>(8.0) } else { lit::<T>(2.0) };
+        let error = larger(error, self.unresolved_force(size));
         let jump = self.for_jumps * lit::<T>(JUMP);
         let (before, longer) = self.last_trial;
         let falls = nalgebra::ComplexField::powf(size / longer, lit::<T>(SMOOTH_POWER));
-        self.last_error = (error, share);
-        self.last_trial = (error, size);
+        (self.last_error, self.last_trial) = ((error, share), (error, size));
         if error <= share {
+            self.control.coasts = smooth && self.third_differences() <= share;
             self.density = error / size;
-            self.count(third, 3, error);
+            self.count(size / lit::<T>(3.0), 3, error);
             self.control.kept(size, error / share, order);
         } else if self.trials >= PATIENCE && error <= jump && !(error <= before * falls) {
             self.for_jumps -= error;
-            self.count(third, 3, error);
+            self.count(size / lit::<T>(3.0), 3, error);
             self.control.jumped();
         } else {
             self.trials += 1;
             self.scheme.recall(&self.start);
             return Ok(Attempt::Smaller(self.control.rejected(size, error / share, order)));
         }
-        self.came_by = third;
+        self.came_by = size / lit::<T>(3.0);
         Ok(Attempt::Kept(3))
     }
 
-    /// What the forces of time may do between the ends of three steps of length `third` that are kept, as an error until
+    /// Three steps whose error is told by their own third differences, where those of the last three agreed with a longer
+    /// step.
+    fn coast(&mut self, size: T, share: T) -> Result<Attempt<T>, AdaptiveError> {
+        let same = match self.three(size)? {
+            Ok(same) => same,
+            Err(ended) => return Ok(ended),
+        };
+        let error = larger(self.third_differences(), self.unresolved_force(size));
+        if same.is_none() || !(error <= share) {
+            self.scheme.recall(&self.start);
+            let ratio = error / share;
+            let again = if same.is_none() { size } else { self.control.rejected(size, ratio, lit::<T>(2.0)) };
+            return Ok(Attempt::Smaller(again));
+        }
+        self.last_error = (error, share);
+        self.control.coasts = true;
+        self.density = error / size;
+        self.count(size / lit::<T>(3.0), 3, error);
+        self.control.kept(size, error / share, lit::<T>(2.0));
+        self.came_by = size / lit::<T>(3.0);
+        Ok(Attempt::Kept(3))
+    }
+
+    /// Makes three steps of a third of `size`: what their contacts do, if all do the same, or why they ended.
+    fn three(&mut self, size: T) -> Result<Result<Option<u64>, Attempt<T>>, AdaptiveError> {
+        let third = size / lit::<T>(3.0);
+        let still = self.still();
+        let mut same = None;
+        for i in 0..3 {
+            if let Err(error) = self.make(third)? {
+                self.scheme.recall(&self.start);
+                return Ok(Err(Attempt::Failed(error)));
+            }
+            if let Some(time) = self.passing(i, third) {
+                self.scheme.recall(&self.start);
+                return Ok(Err(Attempt::Event(time)));
+            }
+            let contacts = &self.scheme.last_step().contacts;
+            let now = signature(contacts, still);
+            let turned = i > 0 && !turned_not(&self.records[i - 1].step.contacts, contacts, still);
+            same = if i == 0 { Some(now) } else { same.filter(|&before| before == now && !turned) };
+            self.keep(i);
+        }
+        if let Some(time) = self.dip(third) {
+            self.scheme.recall(&self.start);
+            return Ok(Err(Attempt::Event(time)));
+        }
+        Ok(Ok(same))
+    }
+
+    fn is_midpoint(&self) -> bool {
+        let from_half = nalgebra::ComplexField::abs(self.scheme.settings().theta - lit::<T>(0.5));
+        from_half <= lit::<T>(4.0) * epsilon::<T>()
+    }
+
+    /// Speed below which a local velocity is rounding.
+    fn still(&self) -> T {
+        lit::<T>(ROUNDING) * epsilon::<T>() * self.scheme.scales().speed
+    }
+
+    /// The error of three steps at θ = ½, whose local errors are h³/12 times the third derivatives of q and of v, by
+    /// their third differences.
+    fn third_differences(&self) -> T {
+        let (mut q, mut v) = (T::zero(), T::zero());
+        let [one, two, three] = &self.records;
+        let difference =
+            |a: T, b: T, c: T, d: T| nalgebra::ComplexField::abs((d - a) - lit::<T>(3.0) * (c - b));
+        for (i, &weight) in self.weights.iter().enumerate() {
+            let of = |a: &[T], b: &[T], c: &[T], d: &[T]| weight * difference(a[i], b[i], c[i], d[i]);
+            q = larger(q, of(&self.start.q, &one.state.q, &two.state.q, &three.state.q));
+            v = larger(v, of(&self.start.v, &one.state.v, &two.state.v, &three.state.v));
+        }
+        (q + v * self.remaining()) * lit::<T>(0.25)
+    }
+
+    /// What the forces of time may do between the ends of three steps that are kept, together of length `size`, as an error until
     /// T, over the part of ε that a contact may hide of it, in shares of one step: a body that sticks shows nothing of
     /// the forces on it until it slides.
-    fn unresolved_force(&mut self, third: T) -> T {
+    fn unresolved_force(&mut self, size: T) -> T {
+        let third = size / lit::<T>(3.0);
         if !self.scheme.system().forces().varies() || self.scheme.last_step().contacts.is_empty() {
             return T::zero();
         }

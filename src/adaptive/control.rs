@@ -16,6 +16,8 @@ pub(super) struct Control<T> {
     pub(super) size: T,
     /// The last 3h kept for its estimate.
     proven: T,
+    /// Whether three steps need no longer one to compare with.
+    pub(super) coasts: bool,
     /// Largest 3h.
     largest: T,
     /// Estimate over share of the last trial kept.
@@ -30,7 +32,15 @@ impl<T: Scalar> Control<T> {
     pub(super) fn new(first: T, largest: T) -> Self {
         let three = lit::<T>(3.0);
         let (size, largest) = (first * three, largest * three);
-        Self { size, proven: size, largest, last: T::one(), verified: T::zero(), to_event: T::zero() }
+        Self {
+            size,
+            proven: size,
+            largest,
+            last: T::one(),
+            verified: T::zero(),
+            to_event: T::zero(),
+            coasts: false,
+        }
     }
 
     /// A trial of length `size` was kept, its estimate `ratio` times its share, at the order `order` of the scheme.
@@ -73,6 +83,6 @@ impl<T: Scalar> Control<T> {
 
     /// An impact: what was known of the motion before it says nothing of that after it, but its length is a guess.
     pub(super) fn impact(&mut self) {
-        (self.last, self.verified, self.to_event) = (T::one(), T::zero(), T::zero());
+        (self.last, self.verified, self.to_event, self.coasts) = (T::one(), T::zero(), T::zero(), false);
     }
 }

@@ -293,9 +293,13 @@ where
         if !self.on_ladder {
             return size;
         }
-        let rung = nalgebra::ComplexField::log2(size / self.span);
-        let rung = nalgebra::ComplexField::floor(rung + lit::<T>(16.0) * crate::scalar::epsilon::<T>());
-        self.span * nalgebra::ComplexField::powf(lit::<T>(2.0), rung)
+        let two = lit::<T>(2.0);
+        let slack = T::one() + lit::<T>(16.0) * crate::scalar::epsilon::<T>();
+        let power = nalgebra::ComplexField::floor(nalgebra::ComplexField::log2(size * slack / self.span));
+        let rung = self.span * nalgebra::ComplexField::powf(two, power);
+        // Half a power between two: a third of it is a power again.
+        let between = rung * lit::<T>(1.5);
+        if between <= size * slack { between } else { rung }
     }
 
     /// T − t, for errors of the velocity.

@@ -140,6 +140,15 @@ where
         size
     }
 
+    /// Whether a contact that is open, or opens, may close within the time `size`: a trial step then comes first, whose path
+    /// tells when.
+    pub(super) fn may_close(&self, size: T) -> bool {
+        let acceleration = self.acceleration * self.scheme.scales().length;
+        let falls = |near: &Near<T>| near.gap + size * (near.rate - acceleration * size) < T::zero();
+        let moves = |near: &Near<T>| abs(near.rate) * size > self.closed;
+        self.near.iter().any(|near| (!self.touched(near) || moves(near)) && falls(near))
+    }
+
     fn is_active(&self, id: ContactId) -> bool {
         self.scheme.last_step().contacts.iter().any(|contact| contact.id == id)
     }
@@ -226,7 +235,7 @@ where
     }
 
     /// Speed up to which sliding counts as ended.
-    fn still(&self) -> T {
+    fn stopped(&self) -> T {
         let remaining = larger(self.remaining(), self.span * lit::<T>(1e-2));
         lit::<T>(SLIDING) * self.settings.tolerance * self.scheme.scales().length / remaining
     }
@@ -236,7 +245,7 @@ where
         if D == 1 {
             return None;
         }
-        let still = self.still();
+        let still = self.stopped();
         let tangential = |u: &nalgebra::SVector<T, D>| u.norm_squared() - u[0] * u[0];
         let mut first = None::<T>;
         for contact in &self.scheme.last_step().contacts {

@@ -10,6 +10,7 @@ mod progress;
 mod report;
 mod run;
 mod shown;
+mod stepper;
 mod study;
 
 use std::path::PathBuf;
@@ -55,9 +56,12 @@ struct RunArguments {
     /// Scheme parameter θ in [0, 1].
     #[arg(long, allow_hyphen_values = true)]
     theta: Option<f64>,
-    /// Time step h in seconds.
+    /// Fixed time step h in seconds.
     #[arg(long, allow_hyphen_values = true)]
     step: Option<f64>,
+    /// Steps under error control, with this error in q and v as a share of the scene's length.
+    #[arg(long, value_name = "TOLERANCE", allow_hyphen_values = true, conflicts_with = "step")]
+    adaptive: Option<f64>,
     /// End of the run in seconds.
     #[arg(long, allow_hyphen_values = true)]
     end: Option<f64>,

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::adaptive::AdaptiveError;
 use crate::laws::LawError;
 use crate::mesh::MeshError;
 use crate::scheme::{EquilibriumError, SetupError};
@@ -111,6 +112,9 @@ pub enum SceneError {
     /// Rigid bodies and an elastic one in the same scene.
     #[error("the scene has bodies and a solid; it must have one or the other")]
     Mixed,
+    /// Error control cannot start.
+    #[error(transparent)]
+    Adaptive(#[from] AdaptiveError),
     /// The scheme cannot start.
     #[error(transparent)]
     Setup(#[from] SetupError),

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use super::{SceneError, SignalSpec, SolidSpec};
+use super::{SceneError, SignalSpec, SolidSpec, TimeSpec};
 
 /// A scene of planar rigid bodies, or of one elastic body. Units are SI (m, kg, s, N, rad), or any other consistent
 /// set: mm, ms, g makes MPa, N, mJ.
@@ -78,33 +78,6 @@ pub enum ActivationRuleName {
     PredictedGap,
     /// Gap at the start of the step alone.
     CurrentGap,
-}
-
-/// Time stepping.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TimeSpec {
-    /// Time step h > 0 (s).
-    pub step: f64,
-    /// End of the run (s); it starts at 0.
-    pub end: f64,
-    /// Scheme parameter θ ∈ [0, 1].
-    #[serde(default = "half")]
-    pub theta: f64,
-    /// Accept a θ outside the interval in which a law is proved dissipative.
-    #[serde(default)]
-    pub allow_unproved_theta: bool,
-    /// Rule of the active set.
-    #[serde(default)]
-    pub activation: ActivationRuleName,
-    /// Tolerance of the rule on the gap (m); scales with the scene where absent.
-    pub gap_tolerance: Option<f64>,
-    /// Tolerance of the rule on the normal velocity (m/s); scales with the scene where absent.
-    pub velocity_tolerance: Option<f64>,
-}
-
-fn half() -> f64 {
-    0.5
 }
 
 /// Settings of the solvers.

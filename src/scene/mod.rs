@@ -14,17 +14,19 @@ mod format;
 mod names;
 mod plan;
 mod solid;
+mod time;
 
-pub use build::{Planar, build, contact_dimension};
+pub use build::{Planar, PlanarAdaptive, build, contact_dimension};
 pub use error::{SceneError, line_and_column};
 pub use event_driven::{EventDriven, event_driven};
 pub use fingerprint::Fingerprint;
 pub use format::{
     ActivationRuleName, BodySpec, DiscSpec, HalfPlaneSpec, InterfaceSpec, JointSpec, LoadSpec, OutputSpec,
-    PolygonSpec, ScalarName, Scene, SolverSpec, TimeSpec,
+    PolygonSpec, ScalarName, Scene, SolverSpec,
 };
 pub use plan::{Overrides, Run};
 pub use solid::{
     AxisName, HypothesisName, MassName, MeshSpec, PatternName, PreloadSpec, PrescribedSpec, SignalSpec,
     SolidSpec, SupportName, TractionSpec,
 };
+pub use time::{AdaptiveSpec, TimeSpec};

@@ -97,14 +97,14 @@ where
     /// [`SetupError`]: h not finite or ≤ 0, M̂ not positive definite; displacements that move, whose states q_k depend
     /// on h. The length is then as it was.
     pub fn set_step(&mut self, step: T) -> Result<(), SetupError> {
+        if self.system.prescribed().is_some_and(Prescribed::moves) {
+            return Err(SetupError::MovingStep);
+        }
         if step == self.settings.step {
             return Ok(());
         }
         let settings = super::Settings { step, ..self.settings };
         check_settings(&settings)?;
-        if self.system.prescribed().is_some_and(Prescribed::moves) {
-            return Err(SetupError::MovingStep);
-        }
         if self.system.stiffness().is_some() || self.system.damping().is_some() {
             self.refactor(&settings)?;
         }

@@ -24,9 +24,10 @@ impl SceneResults {
         Figure::new(2, panels.collect()).size(ROW.0, ROW.1)
     }
 
-    /// Relative errors against h, for adaptive runs the mean step; the legends tell the regressed orders.
+    /// Relative errors of the runs of fixed steps against h; the legends tell the regressed orders.
     pub fn order_figure(&self) -> Figure {
-        let lines = self.lines();
+        let mut lines = self.lines();
+        lines.retain(|line| !line.adaptive);
         let known = |measure: &&Measure| lines.iter().any(|line| line.order(measure).is_some());
         let panels = MEASURES.iter().filter(known).map(|measure| {
             let order =

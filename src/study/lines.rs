@@ -109,7 +109,13 @@ impl SceneResults {
                 let alike = rows.iter().find(|(other, _)| other.settings.scalar == row.settings.scalar);
                 alike.is_some_and(|(_, other)| other[place].1 != fields[place].1)
             }),
-            _ => rows.iter().any(|(_, fields)| fields[place].1 != rows[0].1[place].1),
+            // Nor does a key that only some blocks name, all with one value.
+            _ => {
+                let mut values =
+                    rows.iter().map(|(_, fields)| &fields[place].1).filter(|value| !value.is_empty());
+                let first = values.next();
+                values.any(|value| Some(value) != first)
+            }
         };
         let varying: Vec<usize> = match rows.first() {
             Some((_, fields)) => (0..fields.len())
@@ -164,7 +170,7 @@ fn word(name: &str, value: &str) -> Option<String> {
         "tolerance" => format!("tol {value}"),
         path => {
             let short = path.rsplit('.').next().unwrap_or(path);
-            if value.is_empty() { format!("{short} as is") } else { format!("{short} {value}") }
+            format!("{short} {}", if value.is_empty() { "as is" } else { value })
         }
     })
 }

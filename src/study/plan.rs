@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use toml::Value;
 
 use super::format::{Axis, MarkSpec, ReferenceSpec, StudyFile};
-use super::settings::{EPSILON, SHORT, Settings, Stepping, changes};
+use super::settings::{SHORT, Settings, changes};
 use super::{StudyError, references};
 use crate::scene::{Fingerprint, Run, Scene, contact_dimension};
 
@@ -67,7 +67,7 @@ impl SceneStudy {
             }
             let rank = |axis: &Axis| match ORDER.iter().position(|key| *key == axis.key) {
                 Some(place) => place,
-                None if axis.key == "h" || axis.key == EPSILON => ORDER.len() + 1,
+                None if axis.key == "h" || axis.key == "epsilon" => ORDER.len() + 1,
                 None => ORDER.len(),
             };
             block.sort_by_key(rank);
@@ -98,7 +98,7 @@ impl SceneStudy {
 }
 
 fn is_short(key: &str) -> bool {
-    key == EPSILON || SHORT.iter().any(|(short, _)| *short == key)
+    SHORT.iter().any(|(short, _)| *short == key)
 }
 
 /// Why a list cannot be run through.
@@ -126,11 +126,11 @@ fn check_axis(axis: &Axis, base: &toml::Table, scene: &Path) -> Result<(), Refus
         return Err(Refused::Key(format!("this is called `{short}` in a study")));
     }
     for value in &axis.values {
-        let numbers = ["h", EPSILON, "theta", "tolerance"].contains(&axis.key.as_str());
+        let numbers = ["h", "epsilon", "theta", "tolerance"].contains(&axis.key.as_str());
         if numbers && Axis::number(value).is_none() {
             return Err(Refused::Key(format!("{value} is not a number")));
         }
-        let epsilon = Axis::number(value).filter(|_| axis.key == EPSILON);
+        let epsilon = Axis::number(value).filter(|_| axis.key == "epsilon");
         if let Some(epsilon) = epsilon.filter(|&epsilon| !(epsilon > 0.0 && epsilon <= 0.5)) {
             return Err(Refused::Key(format!("ε is {epsilon}, it must be in (0, 0.5]")));
         }
@@ -146,7 +146,7 @@ type Choice = Vec<(String, Value)>;
 /// The product of the lists; h and ε are entries of one list.
 fn product(block: &[Axis]) -> Result<Vec<Choice>, StudyError> {
     let (steps, others): (Vec<&Axis>, Vec<&Axis>) =
-        block.iter().partition(|axis| axis.key == "h" || axis.key == EPSILON);
+        block.iter().partition(|axis| axis.key == "h" || axis.key == "epsilon");
     let entries = |axis: &Axis| {
         let key = axis.key.clone();
         axis.values.iter().map(move |value| (key.clone(), value.clone())).collect::<Vec<_>>()
@@ -175,16 +175,13 @@ fn of_choice(base: &toml::Table, path: &Path, choice: &Choice) -> Result<Vec<Job
     let all: Vec<_> = choice.iter().flat_map(|(key, value)| changes(key, value)).collect();
     let scene = Scene::with_keys(base, path, &all)?;
     let keys: Choice = choice.iter().filter(|(key, _)| !is_short(key)).cloned().collect();
-    let epsilon = choice.iter().find(|(key, _)| key == EPSILON).and_then(|(_, value)| Axis::number(value));
-    let stepping = epsilon.map_or(Stepping::Fixed(scene.time.step), Stepping::Adaptive);
     let job = |run: Run| {
         let scene = Scene { laws: vec![run.law.clone()], solvers: vec![run.solver.clone()], ..scene.clone() };
-        let settings = Settings::new(&scene, &run, stepping, keys.clone());
+        let settings = Settings::new(&scene, &run, keys.clone());
         let dimension = contact_dimension(&scene, std::slice::from_ref(&run)).map_err(|source| {
             StudyError::Combination { settings: settings.words(), source: Box::new(source) }
         })?;
-        let print = scene.fingerprint().map_err(|source| StudyError::io(path, source))?;
-        let key = print.and(format!("{stepping:?}").as_bytes());
+        let key = scene.fingerprint().map_err(|source| StudyError::io(path, source))?;
         Ok(Job { settings, scene, run, dimension, key })
     };
     scene.runs()?.into_iter().map(job).collect()

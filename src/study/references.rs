@@ -92,6 +92,7 @@ impl Target {
         scene.solvers = vec![crate::solver::DEFAULT.into()];
         scene.solver.tolerance = Some(TOLERANCE);
         let time = &mut scene.time;
+        time.adaptive = None;
         if spec.kind == FINEST {
             time.step = spec.h.or(least.map(|h| h / FINER)).unwrap_or(time.step);
             time.theta = spec.theta.unwrap_or(time.theta);

@@ -89,14 +89,16 @@ fn with<T: Scalar, const D: usize>(
     let mut counter = Counter::default();
     let mut runner = match Runner::<T, D>::new(job) {
         Ok(runner) => runner,
-        Err(message) => return Some(failed(message, &counter)),
+        Err(error) => return Some(failed(error.to_string(), &counter)),
     };
     let norm = if job.scene.solid.is_some() { Norm::RootMeanSquare } else { Norm::Largest };
     let mut recorder = ErrorRecorder::new(Arc::clone(reference), norm, job.scene.time.end);
-    match runner.observed(job, &mut [&mut recorder, &mut counter], stop) {
+    let observers: &mut [&mut dyn Observer<T, D>] = &mut [&mut recorder, &mut counter];
+    let begun = runner.begin(job, observers);
+    match begun.and_then(|()| runner.advance(observers, stop)) {
         Ok(simulate::Outcome::Completed) => {}
         Ok(simulate::Outcome::Interrupted) => return None,
-        Err(message) => return Some(failed(message, &counter)),
+        Err(error) => return Some(failed(error.to_string(), &counter)),
     }
 
     let (mut cpu_seconds, mut wall_seconds, mut total, mut repeats) = (f64::INFINITY, f64::INFINITY, 0.0, 0);
@@ -105,12 +107,12 @@ fn with<T: Scalar, const D: usize>(
             return Some(failed(message, &counter));
         }
         let (cpu, wall) = (ThreadTime::now(), Instant::now());
-        let outcome = runner.plain(stop);
+        let outcome = runner.advance(&mut [], stop);
         let (cpu, wall) = (cpu.elapsed().as_secs_f64(), wall.elapsed().as_secs_f64());
         match outcome {
             Ok(simulate::Outcome::Completed) => {}
             Ok(simulate::Outcome::Interrupted) => return None,
-            Err(message) => return Some(failed(message, &counter)),
+            Err(error) => return Some(failed(error.to_string(), &counter)),
         }
         if cpu < cpu_seconds {
             (cpu_seconds, wall_seconds) = (cpu, wall);

@@ -1,113 +1,74 @@
 //! The steps of one run, of one length or under error control.
 
-use std::ops::ControlFlow;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use super::plan::Job;
-use super::settings::Stepping;
-use crate::adaptive::{Adaptive, AdaptiveSettings};
-use crate::laws::ContactLaw;
-use crate::observe::{Frame, Observer, RunInfo};
-use crate::scalar::{Scalar, lit};
-use crate::scene::{Planar, build};
+use crate::adaptive::Adaptive;
+use crate::laws::ContactLaw as _;
+use crate::observe::{Observer, RunInfo};
+use crate::scalar::Scalar;
+use crate::scene::{Planar, PlanarAdaptive, SceneError, build};
 use crate::scheme::Snapshot;
-use crate::simulate::{self, Outcome, advance, simulate};
-use crate::solver::ConeSolver;
-use crate::system::MechanicalSystem;
-
-/// The scheme of a scene under error control.
-type Controlled<T, const D: usize> =
-    Adaptive<T, D, Box<dyn MechanicalSystem<T, D>>, Box<dyn ContactLaw<T, D>>, Box<dyn ConeSolver<T, D>>>;
+use crate::simulate::{Outcome, SimulateError, advance, advance_adaptively, begin};
 
 /// A run that is ready to start.
 pub(super) enum Runner<T: Scalar, const D: usize> {
     Fixed { scheme: Box<Planar<T, D>>, start: Snapshot, steps: usize },
-    Adaptive { run: Box<Controlled<T, D>>, end: T },
+    Adaptive(Box<PlanarAdaptive<T, D>>),
 }
 
 impl<T: Scalar, const D: usize> Runner<T, D> {
     /// The run of a job.
-    pub(super) fn new(job: &Job) -> Result<Self, String> {
-        let scheme = build::<T, D>(&job.scene, &job.run).map_err(|error| error.to_string())?;
-        match job.settings.stepping {
-            Stepping::Fixed(_) => {
+    pub(super) fn new(job: &Job) -> Result<Self, SceneError> {
+        let scheme = build::<T, D>(&job.scene, &job.run)?;
+        Ok(match job.scene.time.adaptive_settings() {
+            None => {
                 let start = scheme.snapshot();
-                Ok(Self::Fixed { scheme: Box::new(scheme), start, steps: job.run.steps })
+                Self::Fixed { scheme: Box::new(scheme), start, steps: job.run.steps }
             }
-            Stepping::Adaptive(tolerance) => {
-                let end = lit(job.scene.time.end);
-                let run = Adaptive::new(scheme, AdaptiveSettings::new(lit(tolerance), end));
-                Ok(Self::Adaptive { run: Box::new(run.map_err(|error| error.to_string())?), end })
-            }
-        }
+            Some(settings) => Self::Adaptive(Box::new(Adaptive::new(scheme, settings)?)),
+        })
     }
 
     /// Back to the start.
     pub(super) fn rewind(&mut self, job: &Job) -> Result<(), String> {
         match self {
             Self::Fixed { scheme, start, .. } => scheme.restore(start).map_err(|error| error.to_string()),
-            // What its controller has learnt is part of a run.
-            Self::Adaptive { .. } => {
-                *self = Self::new(job)?;
+            // What error control has learnt is part of a run.
+            Self::Adaptive(_) => {
+                *self = Self::new(job).map_err(|error| error.to_string())?;
                 Ok(())
             }
         }
     }
 
-    /// Runs from the start to the end, and tells the observers.
-    pub(super) fn observed(
-        &mut self,
+    /// Tells the observers that the run begins.
+    pub(super) fn begin(
+        &self,
         job: &Job,
         observers: &mut [&mut dyn Observer<T, D>],
-        stop: &AtomicBool,
-    ) -> Result<Outcome, String> {
+    ) -> Result<(), SimulateError> {
         let scheme = match self {
-            Self::Fixed { scheme, .. } => &**scheme,
-            Self::Adaptive { run, .. } => run.scheme(),
+            Self::Fixed { scheme, .. } => scheme,
+            Self::Adaptive(driver) => driver.scheme(),
         };
         let laws = scheme.laws().iter().map(|law| law.name().to_string()).collect();
         let info = RunInfo::new(&job.run.law, &job.run.solver, laws, scheme.settings());
-        match self {
-            Self::Fixed { scheme, steps, .. } => {
-                simulate(scheme, *steps, &info, observers, stop).map_err(|error| error.to_string())
-            }
-            Self::Adaptive { run, end } => {
-                simulate::begin(run.scheme(), &info, observers).map_err(|error| error.to_string())?;
-                let mut lost = None;
-                let outcome = adapt(run, *end, stop, |frame| {
-                    for observer in observers.iter_mut() {
-                        lost = lost.take().or(observer.step(frame).err());
-                    }
-                });
-                lost.map_or(outcome, |error| Err(error.to_string()))
-            }
-        }
+        Ok(begin(scheme, &info, observers)?)
     }
 
     /// Runs from the start to the end.
-    pub(super) fn plain(&mut self, stop: &AtomicBool) -> Result<Outcome, String> {
+    pub(super) fn advance(
+        &mut self,
+        observers: &mut [&mut dyn Observer<T, D>],
+        stop: &AtomicBool,
+    ) -> Result<Outcome, SimulateError> {
         match self {
-            Self::Fixed { scheme, steps, .. } => {
-                advance(scheme, *steps, &mut [], stop).map_err(|error| error.to_string())
+            Self::Fixed { scheme, steps, .. } => advance(scheme, *steps, observers, stop),
+            Self::Adaptive(driver) => {
+                let end = driver.settings().end;
+                advance_adaptively(driver, end, observers, stop)
             }
-            Self::Adaptive { run, end } => adapt(run, *end, stop, |_| {}),
         }
-    }
-}
-
-/// Steps until `end`, unless `stop` is raised before.
-fn adapt<T: Scalar, const D: usize>(
-    run: &mut Controlled<T, D>,
-    end: T,
-    stop: &AtomicBool,
-    mut each: impl FnMut(Frame<'_, T, D>),
-) -> Result<Outcome, String> {
-    let kept = run.advance_to(end, |system, state, step| {
-        each(Frame { system, state, step });
-        if stop.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    });
-    match kept.map_err(|error| error.to_string())? {
-        ControlFlow::Continue(()) => Ok(Outcome::Completed),
-        ControlFlow::Break(()) => Ok(Outcome::Interrupted),
     }
 }

@@ -117,7 +117,7 @@ impl Tasks for SceneTasks<'_> {
     }
 
     fn cost(&self, task: usize) -> f64 {
-        // Steps of elastic bodies with finer meshes are not known to cost more; those of smaller h are.
+        // Under error control nobody knows, and not many.
         self.study.jobs[task].run.steps as f64
     }
 

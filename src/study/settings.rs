@@ -17,6 +17,14 @@ pub enum Stepping {
 }
 
 impl Stepping {
+    /// That of a scene.
+    fn of(scene: &Scene) -> Self {
+        scene
+            .time
+            .adaptive
+            .map_or(Self::Fixed(scene.time.step), |adaptive| Self::Adaptive(adaptive.tolerance))
+    }
+
     /// `fixed` or `adaptive`.
     pub fn name(self) -> &'static str {
         match self {
@@ -53,23 +61,21 @@ pub struct Settings {
 }
 
 /// The short names of a study, and the keys of a scene they stand for.
-pub(super) const SHORT: [(&str, &str); 6] = [
+pub(super) const SHORT: [(&str, &str); 7] = [
     ("law", "laws"),
     ("theta", "time.theta"),
     ("h", "time.step"),
+    ("epsilon", "time.tolerance"),
     ("solver", "solvers"),
     ("tolerance", "solver.tolerance"),
     ("scalar", "scalar"),
 ];
 
-/// The tolerance of adaptive steps, which is none of the scene.
-pub(super) const EPSILON: &str = "epsilon";
-
 /// What the scene has to change for a value of a key of the study.
 pub(super) fn changes(key: &str, value: &Value) -> Vec<(String, Value)> {
     let set = |key: &str, value: Value| (key.to_string(), value);
     match SHORT.iter().find(|(short, _)| *short == key) {
-        _ if key == EPSILON => Vec::new(),
+        Some(("epsilon", long)) => vec![set("time.step", "adaptive".into()), set(long, value.clone())],
         // A run has one law and one solver.
         Some((_, long @ ("laws" | "solvers"))) => vec![set(long, Value::Array(vec![value.clone()]))],
         Some((_, long)) => vec![set(long, value.clone())],
@@ -87,7 +93,7 @@ pub(super) fn scalar_name(scalar: ScalarName) -> &'static str {
 
 impl Settings {
     /// The settings of a run of a scene; `keys` are those of the study that are keys of the scene.
-    pub(super) fn new(scene: &Scene, run: &Run, stepping: Stepping, keys: Vec<(String, Value)>) -> Self {
+    pub(super) fn new(scene: &Scene, run: &Run, keys: Vec<(String, Value)>) -> Self {
         let default = match scene.scalar {
             ScalarName::F64 => default_tolerance::<f64>(),
             ScalarName::F32 => to_f64(default_tolerance::<f32>()),
@@ -95,7 +101,7 @@ impl Settings {
         Self {
             law: run.law.clone(),
             theta: scene.time.theta,
-            stepping,
+            stepping: Stepping::of(scene),
             solver: run.solver.clone(),
             tolerance: scene.solver.tolerance.unwrap_or(default),
             scalar: scene.scalar,
