@@ -14,11 +14,13 @@
 //! impact law. Energy conservation and dissipation properties for elastodynamics with contact impact and friction"
 //! (2024). Local vectors are ordered (N, T1, T2); the normal points from the obstacle to the body.
 
+pub mod adaptive;
 #[cfg(feature = "collection")]
 pub mod collection;
 pub mod cone;
 pub mod contact;
 pub mod energy;
+pub mod event_driven;
 #[cfg(feature = "fclib")]
 pub mod fclib;
 #[cfg(any(feature = "outputs", feature = "figures", feature = "fclib", feature = "vtk"))]
@@ -34,6 +36,8 @@ pub mod scene;
 pub mod scheme;
 pub mod simulate;
 pub mod solver;
+#[cfg(feature = "study")]
+pub mod study;
 #[cfg(feature = "suite")]
 pub mod suite;
 pub mod system;

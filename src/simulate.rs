@@ -1,7 +1,9 @@
 //! The loop over steps, with observers and an orderly end.
 
+use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::adaptive::{Adaptive, AdaptiveError};
 use crate::laws::ContactLaw;
 use crate::observe::{Frame, ObserveError, Observer, RunInfo};
 use crate::scalar::Scalar;
@@ -24,6 +26,9 @@ pub enum SimulateError {
     /// A step could not be made.
     #[error(transparent)]
     Step(#[from] StepError),
+    /// A step under error control could not be made.
+    #[error(transparent)]
+    Adaptive(#[from] AdaptiveError),
     /// An output could not be written.
     #[error(transparent)]
     Observe(#[from] ObserveError),
@@ -70,7 +75,7 @@ where
     L: ContactLaw<T, D>,
     V: ConeSolver<T, D>,
 {
-    tell(scheme, observers, |observer, frame| observer.begin(run, frame))
+    tell(frame(scheme), observers, |observer, frame| observer.begin(run, frame))
 }
 
 /// Makes `steps` steps, unless `interrupt` is raised before, and tells the observers of each.
@@ -94,7 +99,7 @@ where
             return Ok(Outcome::Interrupted);
         }
         scheme.step()?;
-        tell(scheme, observers, |observer, frame| observer.step(frame))?;
+        tell(frame(scheme), observers, |observer, frame| observer.step(frame))?;
     }
     Ok(Outcome::Completed)
 }
@@ -113,22 +118,58 @@ where
     L: ContactLaw<T, D>,
     V: ConeSolver<T, D>,
 {
-    tell(scheme, observers, |observer, frame| observer.end(frame))
+    tell(frame(scheme), observers, |observer, frame| observer.end(frame))
 }
 
-/// Tells every observer, even after one failed, and returns the first failure.
-fn tell<T, const D: usize, S, L, V>(
-    scheme: &ThetaScheme<T, D, S, L, V>,
+/// Steps under error control until `time`, unless `interrupt` is raised before, and tells the observers of each step kept.
+/// Between [`begin`] and [`end`] of its scheme, as [`advance`] is for fixed steps.
+///
+/// # Errors
+/// [`SimulateError`].
+pub fn advance_adaptively<T, const D: usize, S, L, V>(
+    driver: &mut Adaptive<T, D, S, L, V>,
+    time: T,
     observers: &mut [&mut dyn Observer<T, D>],
-    mut message: impl FnMut(&mut dyn Observer<T, D>, Frame<'_, T, D>) -> Result<(), ObserveError>,
-) -> Result<(), ObserveError>
+    interrupt: &AtomicBool,
+) -> Result<Outcome, SimulateError>
 where
     T: Scalar,
     S: MechanicalSystem<T, D>,
     L: ContactLaw<T, D>,
     V: ConeSolver<T, D>,
 {
-    let frame = Frame { system: scheme.system(), state: scheme.state(), step: scheme.last_step() };
+    if interrupt.load(Ordering::Relaxed) {
+        return Ok(Outcome::Interrupted);
+    }
+    let ended = driver.advance_to(time, |system, state, step| {
+        match tell(Frame { system, state, step }, observers, |observer, frame| observer.step(frame)) {
+            Err(error) => ControlFlow::Break(Err(error)),
+            Ok(()) if interrupt.load(Ordering::Relaxed) => ControlFlow::Break(Ok(Outcome::Interrupted)),
+            Ok(()) => ControlFlow::Continue(()),
+        }
+    })?;
+    match ended {
+        ControlFlow::Continue(()) => Ok(Outcome::Completed),
+        ControlFlow::Break(ended) => Ok(ended?),
+    }
+}
+
+fn frame<T, const D: usize, S, L, V>(scheme: &ThetaScheme<T, D, S, L, V>) -> Frame<'_, T, D>
+where
+    T: Scalar,
+    S: MechanicalSystem<T, D>,
+    L: ContactLaw<T, D>,
+    V: ConeSolver<T, D>,
+{
+    Frame { system: scheme.system(), state: scheme.state(), step: scheme.last_step() }
+}
+
+/// Tells every observer, even after one failed, and returns the first failure.
+fn tell<T: Scalar, const D: usize>(
+    frame: Frame<'_, T, D>,
+    observers: &mut [&mut dyn Observer<T, D>],
+    mut message: impl FnMut(&mut dyn Observer<T, D>, Frame<'_, T, D>) -> Result<(), ObserveError>,
+) -> Result<(), ObserveError> {
     let mut first = Ok(());
     for observer in observers {
         let told = message(*observer, frame);

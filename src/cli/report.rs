@@ -84,6 +84,22 @@ pub(super) fn runs(title: &str, runs: &[RunSummary]) -> Result<ExitCode, Box<dyn
             run.max_imbalance,
             run.max_residual,
         )?;
+        if let Some(adaptive) = &run.adaptive {
+            writeln!(
+                text,
+                "{:width$}  ε = {:e}: {} steps kept of {} computed, {} trials given up, {} events; estimated error {:.1e} of \
+                 the scene's length; steps of {:.1e} to {:.1e} s",
+                "",
+                adaptive.tolerance,
+                adaptive.accepted,
+                adaptive.computed,
+                adaptive.rejected,
+                adaptive.events,
+                adaptive.estimated_error,
+                adaptive.smallest_step,
+                adaptive.largest_step,
+            )?;
+        }
         if let Some(reason) = &run.stopped {
             writeln!(text, "{:width$}  stopped early: {reason}", "")?;
         }

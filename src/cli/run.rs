@@ -16,8 +16,8 @@ use nonsmooth::observe::{
     comparison_figure, elastic_figure, mesh_figure, run_figure,
 };
 use nonsmooth::scalar::Scalar;
-use nonsmooth::scene::{self, Overrides, Planar, Run, ScalarName, Scene};
-use nonsmooth::simulate::{Outcome, SimulateError, advance, begin, end};
+use nonsmooth::scene::{self, Overrides, Run, ScalarName, Scene};
+use nonsmooth::simulate::{Outcome, SimulateError, begin, end};
 use nonsmooth::system::MechanicalSystem as _;
 use serde::Serialize;
 
@@ -25,12 +25,8 @@ use super::checkpoint::{self, Checkpoint, Current};
 use super::frames::Frames;
 use super::progress::Progress;
 use super::shown::shown;
-use super::{RunArguments, report};
-
-/// A run ended before its end time because a step failed.
-const FAILED: u8 = 1;
-/// Interrupted by Ctrl-C.
-const INTERRUPTED: u8 = 130;
+use super::stepper::Stepper;
+use super::{FAILED, INTERRUPTED, RunArguments, report};
 
 /// The file `summary.json`.
 #[derive(Serialize)]
@@ -57,6 +53,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<ExitCode, Box<dyn Error>> 
         solvers: arguments.solver.clone(),
         theta: arguments.theta,
         step: arguments.step,
+        adaptive: arguments.adaptive,
         end: arguments.end,
         tolerance: arguments.tol,
         scalar: match arguments.scalar.as_deref() {
@@ -68,6 +65,12 @@ pub(super) fn run(arguments: &RunArguments) -> Result<ExitCode, Box<dyn Error>> 
         mesh: arguments.mesh.clone(),
     });
     let runs = scene.runs()?;
+    if scene.time.adaptive.is_some() && (arguments.checkpoint.is_some() || arguments.resume.is_some()) {
+        return Err(
+            "steps under error control leave no checkpoint: --checkpoint and --resume are for fixed steps"
+                .into(),
+        );
+    }
     let interrupt = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupt);
     ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))?;
@@ -96,6 +99,8 @@ impl Session<'_> {
             Some(scheme) => shown(self.scene, scheme)?,
             None => (Vec::new(), None),
         };
+        let control = |scheme| Stepper::new(scheme, &self.scene.time);
+        let steppers = schemes.into_iter().map(control).collect::<Result<Vec<_>, _>>()?;
         let folder = self.folder();
         let mut checkpoint = self.checkpoint(&folder)?;
         std::fs::create_dir_all(&folder).map_err(|error| ObserveError::new(&folder, error))?;
@@ -123,9 +128,9 @@ impl Session<'_> {
             (results.summaries, results.series) = checkpoint.finished.iter().cloned().unzip();
         }
         let mut mesh = None;
-        for (run, mut scheme) in self.runs.iter().zip(schemes).skip(done) {
-            mesh = scheme.system().geometry().cloned();
-            self.one(run, &mut scheme, &shown, &mut tables, &mut checkpoint, &mut results)?;
+        for (run, mut stepper) in self.runs.iter().zip(steppers).skip(done) {
+            mesh = stepper.scheme().system().geometry().cloned();
+            self.one(run, &mut stepper, &shown, &mut tables, &mut checkpoint, &mut results)?;
             if results.interrupted {
                 break;
             }
@@ -167,31 +172,35 @@ impl Session<'_> {
     fn one<T: Scalar, const D: usize>(
         &self,
         run: &Run,
-        scheme: &mut Planar<T, D>,
+        stepper: &mut Stepper<T, D>,
         (dofs, contact): &(Vec<usize>, Option<ContactId>),
         tables: &mut CsvFiles,
         checkpoint: &mut Option<Checkpoint>,
         results: &mut Results,
     ) -> Result<(), Box<dyn Error>> {
-        let laws = scheme.laws().iter().map(|law| law.name().to_string()).collect();
-        let info = RunInfo::new(&run.law, &run.solver, laws, scheme.settings());
+        let laws = stepper.scheme().laws().iter().map(|law| law.name().to_string()).collect();
+        let info = RunInfo::new(&run.law, &run.solver, laws, stepper.scheme().settings());
         let mut summary = SummaryRecorder::default();
         let mut series = SeriesRecorder::new(dofs.clone(), *contact);
         let folder = self.folder();
         let mut frames = Frames::new(self.scene, &folder, &self.name(&run.law, &run.solver));
         let current = checkpoint.as_mut().and_then(|checkpoint| checkpoint.current.take());
         let resumed = current.is_some();
-        if let Some(current) = current {
+        if let (Some(current), Some(scheme)) = (current, stepper.fixed()) {
             scheme.restore(&current.scheme)?;
             summary = SummaryRecorder::resume(current.summary);
             series = series.resume(current.series).ok_or("the checkpoint shows other contacts")?;
             frames = frames.resume(current.frames);
         }
-        let mut progress = Progress::new(format!("{} with {}", run.law, run.solver), run.steps);
+        let label = format!("{} with {}", run.law, run.solver);
+        let mut progress = match self.scene.time.adaptive {
+            None => Progress::new(label, run.steps),
+            Some(_) => Progress::over_time(label, self.scene.time.end),
+        };
         let mut ended = match resumed {
             true => Ok(()),
             false => begin(
-                scheme,
+                stepper.scheme(),
                 &info,
                 &mut [&mut *tables, &mut summary, &mut series, &mut frames, &mut progress],
             ),
@@ -199,23 +208,28 @@ impl Session<'_> {
         .map_err(SimulateError::from)
         .map(|()| Outcome::Completed);
         let every = checkpoint.as_ref().map_or(usize::MAX, |checkpoint| (checkpoint.every as usize).max(1));
-        while matches!(ended, Ok(Outcome::Completed)) && scheme.state().index < run.steps {
-            let index = scheme.state().index;
-            let stretch = (every - index % every).min(run.steps - index);
-            ended = advance(
-                scheme,
+        let is_adaptive = stepper.fixed().is_none();
+        while matches!(ended, Ok(Outcome::Completed))
+            && (is_adaptive || stepper.scheme().state().index < run.steps)
+        {
+            let index = stepper.scheme().state().index;
+            let stretch = (every - index % every).min(run.steps.saturating_sub(index));
+            ended = stepper.advance(
                 stretch,
                 &mut [&mut *tables, &mut summary, &mut series, &mut frames, &mut progress],
                 self.interrupt,
             );
-            let index = scheme.state().index;
+            if is_adaptive {
+                break;
+            }
+            let index = stepper.scheme().state().index;
             if let (Some(checkpoint), Ok(Outcome::Completed)) = (checkpoint.as_mut(), &ended)
                 && index.is_multiple_of(every)
                 && index < run.steps
             {
                 checkpoint.tables = tables.mark()?;
                 checkpoint.current = Some(Current {
-                    scheme: scheme.snapshot(),
+                    scheme: stepper.scheme().snapshot(),
                     summary: summary.mark(),
                     series: series.mark(),
                     frames: frames.times(),
@@ -223,7 +237,8 @@ impl Session<'_> {
                 checkpoint.write(&folder)?;
             }
         }
-        let told = end(scheme, &mut [&mut *tables, &mut summary, &mut series, &mut frames, &mut progress]);
+        let told =
+            end(stepper.scheme(), &mut [&mut *tables, &mut summary, &mut series, &mut frames, &mut progress]);
         let ended = ended.and_then(|outcome| told.map(|()| outcome).map_err(SimulateError::from));
         let stopped = match ended {
             Ok(Outcome::Completed) => None,
@@ -237,7 +252,9 @@ impl Session<'_> {
                 Some(error.to_string())
             }
         };
-        results.summaries.extend(summary.finish(stopped));
+        let mut summary = summary.finish(stopped);
+        summary.iter_mut().for_each(|summary| stepper.describe(summary));
+        results.summaries.extend(summary);
         results.series.push(series.finish());
         if let (Some(checkpoint), false) = (checkpoint.as_mut(), results.interrupted) {
             let all = results.summaries.iter().cloned().zip(&results.series);

@@ -45,6 +45,27 @@ pub struct Impact {
     pub tangential_work: f64,
 }
 
+/// What error control made of a run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct AdaptiveSummary {
+    /// ε, as a share of the scene's length.
+    pub tolerance: f64,
+    /// Steps kept.
+    pub accepted: usize,
+    /// Trials given up.
+    pub rejected: usize,
+    /// θ-steps made in all.
+    pub computed: usize,
+    /// Impacts and other events that steps were placed at.
+    pub events: usize,
+    /// Sum of the estimated errors, as a share of the scene's length.
+    pub estimated_error: f64,
+    /// Smallest step kept (s).
+    pub smallest_step: f64,
+    /// Largest step kept (s).
+    pub largest_step: f64,
+}
+
 /// The figures of a run. Energies are mechanical, kinetic and elastic, as E in (56).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RunSummary {
@@ -54,8 +75,10 @@ pub struct RunSummary {
     pub solver: String,
     /// θ.
     pub theta: f64,
-    /// Time step h (s).
+    /// Time step h (s); under error control the mean of the steps kept.
     pub step: f64,
+    /// Error control; `None` for fixed steps.
+    pub adaptive: Option<AdaptiveSummary>,
     /// Steps made.
     pub steps: usize,
     /// Arithmetic.
@@ -159,6 +182,7 @@ impl<T: Scalar, const D: usize> Observer<T, D> for SummaryRecorder {
             solver: run.solver.clone(),
             theta: run.theta,
             step: run.step,
+            adaptive: None,
             steps: 0,
             scalar: run.scalar.into(),
             wall_seconds: 0.0,

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::adaptive::AdaptiveError;
 use crate::laws::LawError;
 use crate::mesh::MeshError;
 use crate::scheme::{EquilibriumError, SetupError};
@@ -29,6 +30,14 @@ pub enum SceneError {
         /// Column, from 1.
         column: usize,
         /// What is wrong there.
+        message: String,
+    },
+    /// A key of the scene cannot be set to a value.
+    #[error("{key}: {message}")]
+    Key {
+        /// The key, as a dotted path.
+        key: String,
+        /// What is wrong.
         message: String,
     },
     /// A list that must not be empty is.
@@ -103,6 +112,9 @@ pub enum SceneError {
     /// Rigid bodies and an elastic one in the same scene.
     #[error("the scene has bodies and a solid; it must have one or the other")]
     Mixed,
+    /// Error control cannot start.
+    #[error(transparent)]
+    Adaptive(#[from] AdaptiveError),
     /// The scheme cannot start.
     #[error(transparent)]
     Setup(#[from] SetupError),
@@ -110,10 +122,14 @@ pub enum SceneError {
 
 impl SceneError {
     pub(super) fn parse(path: &Path, text: &str, error: &toml::de::Error) -> Self {
-        let at = error.span().map_or(0, |span| span.start.min(text.len()));
-        let before = text.get(..at).unwrap_or_default();
-        let line = before.matches('\n').count() + 1;
-        let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
+        let (line, column) = line_and_column(text, error.span().map_or(0, |span| span.start));
         Self::Parse { path: path.into(), line, column, message: error.message().to_string() }
     }
+}
+
+/// Line and column, from 1, of the byte `at` of a text.
+pub fn line_and_column(text: &str, at: usize) -> (usize, usize) {
+    let before = text.get(..at.min(text.len())).unwrap_or_default();
+    let line = before.matches('\n').count() + 1;
+    (line, before.rsplit('\n').next().unwrap_or_default().chars().count() + 1)
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use super::{SceneError, SolidSpec};
+use super::{SceneError, SignalSpec, SolidSpec, TimeSpec};
 
 /// A scene of planar rigid bodies, or of one elastic body. Units are SI (m, kg, s, N, rad), or any other consistent
 /// set: mm, ms, g makes MPa, N, mJ.
@@ -80,33 +80,6 @@ pub enum ActivationRuleName {
     CurrentGap,
 }
 
-/// Time stepping.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TimeSpec {
-    /// Time step h > 0 (s).
-    pub step: f64,
-    /// End of the run (s); it starts at 0.
-    pub end: f64,
-    /// Scheme parameter θ ∈ [0, 1].
-    #[serde(default = "half")]
-    pub theta: f64,
-    /// Accept a θ outside the interval in which a law is proved dissipative.
-    #[serde(default)]
-    pub allow_unproved_theta: bool,
-    /// Rule of the active set.
-    #[serde(default)]
-    pub activation: ActivationRuleName,
-    /// Tolerance of the rule on the gap (m); scales with the scene where absent.
-    pub gap_tolerance: Option<f64>,
-    /// Tolerance of the rule on the normal velocity (m/s); scales with the scene where absent.
-    pub velocity_tolerance: Option<f64>,
-}
-
-fn half() -> f64 {
-    0.5
-}
-
 /// Settings of the solvers.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -169,12 +142,37 @@ pub struct BodySpec {
     /// Constant torque (N m).
     #[serde(default)]
     pub torque: f64,
+    /// Forces that vary in time, added to the constant one.
+    #[serde(default)]
+    pub loads: Vec<LoadSpec>,
+    /// Springs to the ground, along x, along y and in rotation (N/m, N/m, N m/rad); without force at position (0, 0)
+    /// and angle 0.
+    #[serde(default)]
+    pub stiffness: [f64; 3],
+    /// Dampers to the ground, likewise (N s/m, N s/m, N m s).
+    #[serde(default)]
+    pub damping: [f64; 3],
     /// Contact discs and points of the body.
     #[serde(default)]
     pub discs: Vec<DiscSpec>,
     /// Convex polygons of the body.
     #[serde(default)]
     pub polygons: Vec<PolygonSpec>,
+}
+
+/// A force and a torque on a body, times a signal.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LoadSpec {
+    /// Force (N).
+    #[serde(default)]
+    pub force: [f64; 2],
+    /// Torque (N m).
+    #[serde(default)]
+    pub torque: f64,
+    /// Signal; constant where absent.
+    #[serde(default)]
+    pub signal: SignalSpec,
 }
 
 /// A convex polygon of a body.
@@ -264,8 +262,56 @@ impl Scene {
     /// # Errors
     /// [`SceneError::Parse`] with line and column.
     pub fn parse(text: &str, path: &Path) -> Result<Self, SceneError> {
-        let mut scene: Self = toml::from_str(text).map_err(|error| SceneError::parse(path, text, &error))?;
-        scene.folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
-        Ok(scene)
+        let scene: Self = toml::from_str(text).map_err(|error| SceneError::parse(path, text, &error))?;
+        Ok(scene.in_folder_of(path))
     }
+
+    fn in_folder_of(mut self, path: &Path) -> Self {
+        self.folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
+        self
+    }
+
+    /// The scene of a table (that of the text of the scene file at `path`) with some of its keys set to other values.
+    /// A key is a dotted path, an entry of a list its number from 0: `interfaces.0.parameters.friction`.
+    ///
+    /// # Errors
+    /// [`SceneError::Key`] for a path that leads nowhere, or a scene that is then none.
+    pub fn with_keys(
+        table: &toml::Table,
+        path: &Path,
+        changes: &[(String, toml::Value)],
+    ) -> Result<Self, SceneError> {
+        let mut table = table.clone();
+        let all = || changes.iter().map(|(key, _)| key.as_str()).collect::<Vec<_>>().join(", ");
+        for (key, value) in changes {
+            set_key(&mut table, key, value.clone())
+                .map_err(|message| SceneError::Key { key: key.clone(), message })?;
+        }
+        let scene = Self::deserialize(toml::Value::Table(table)).map_err(|error| SceneError::Key {
+            key: all(),
+            message: error.to_string().split_whitespace().collect::<Vec<_>>().join(" "),
+        })?;
+        Ok(scene.in_folder_of(path))
+    }
+}
+
+/// Sets what a dotted path leads to; tables on the way are made where they are absent, entries of lists are not.
+fn set_key(table: &mut toml::Table, key: &str, value: toml::Value) -> Result<(), String> {
+    let mut parts = key.split('.');
+    let mut name = parts.next().unwrap_or_default();
+    let mut place: &mut toml::Value = table.entry(name).or_insert_with(|| toml::Table::new().into());
+    for part in parts {
+        place = match place {
+            toml::Value::Table(table) => table.entry(part).or_insert_with(|| toml::Table::new().into()),
+            toml::Value::Array(list) => {
+                let count = list.len();
+                let entry = part.parse::<usize>().ok().and_then(|index| list.get_mut(index));
+                entry.ok_or_else(|| format!("`{name}` has {count} entries, numbered from 0: no `{part}`"))?
+            }
+            other => return Err(format!("`{name}` is a {}, it has no `{part}`", other.type_str())),
+        };
+        name = part;
+    }
+    *place = value;
+    Ok(())
 }

@@ -3,23 +3,30 @@
 //! A scene is read ([`Scene::read`]), turned into the runs it asks for ([`Scene::runs`]: every law with every
 //! solver), and each run is built into a scheme over planar rigid bodies, or over an elastic body
 //! ([`build`]). Frictionless runs are built
-//! with contacts of dimension 1, the others with dimension 2.
+//! with contacts of dimension 1, the others with dimension 2. [`event_driven()`] builds the event-driven integration of the
+//! same run.
 
 mod build;
 mod error;
+mod event_driven;
+mod fingerprint;
 mod format;
 mod names;
 mod plan;
 mod solid;
+mod time;
 
-pub use build::{Planar, build, contact_dimension};
-pub use error::SceneError;
+pub use build::{Planar, PlanarAdaptive, build, contact_dimension};
+pub use error::{SceneError, line_and_column};
+pub use event_driven::{EventDriven, event_driven};
+pub use fingerprint::Fingerprint;
 pub use format::{
-    ActivationRuleName, BodySpec, DiscSpec, HalfPlaneSpec, InterfaceSpec, JointSpec, OutputSpec, PolygonSpec,
-    ScalarName, Scene, SolverSpec, TimeSpec,
+    ActivationRuleName, BodySpec, DiscSpec, HalfPlaneSpec, InterfaceSpec, JointSpec, LoadSpec, OutputSpec,
+    PolygonSpec, ScalarName, Scene, SolverSpec,
 };
 pub use plan::{Overrides, Run};
 pub use solid::{
     AxisName, HypothesisName, MassName, MeshSpec, PatternName, PreloadSpec, PrescribedSpec, SignalSpec,
     SolidSpec, SupportName, TractionSpec,
 };
+pub use time::{AdaptiveSpec, TimeSpec};

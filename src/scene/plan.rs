@@ -1,6 +1,6 @@
 //! The runs a scene asks for: every law with every solver, after what the caller overrides.
 
-use super::{ScalarName, Scene, SceneError};
+use super::{AdaptiveSpec, ScalarName, Scene, SceneError};
 use crate::{laws, solver};
 
 /// What a caller may change of a scene; `None` and empty lists leave it as it is.
@@ -12,8 +12,10 @@ pub struct Overrides {
     pub solvers: Vec<String>,
     /// θ.
     pub theta: Option<f64>,
-    /// Time step (s).
+    /// Time step (s), fixed.
     pub step: Option<f64>,
+    /// Error control with this tolerance, in place of fixed steps or of the scene's tolerance.
+    pub adaptive: Option<f64>,
     /// End time (s).
     pub end: Option<f64>,
     /// Solver tolerance.
@@ -33,7 +35,7 @@ pub struct Run {
     pub law: String,
     /// Cone solver.
     pub solver: String,
-    /// Number of steps, so that the last ends at the end time or just after it.
+    /// Number of steps, so that the last ends at the end time or just after it; 0 under error control, which chooses it.
     pub steps: usize,
 }
 
@@ -50,6 +52,13 @@ impl Scene {
         time.theta = overrides.theta.unwrap_or(time.theta);
         time.step = overrides.step.unwrap_or(time.step);
         time.end = overrides.end.unwrap_or(time.end);
+        if overrides.step.is_some() {
+            time.adaptive = None;
+        }
+        if let Some(tolerance) = overrides.adaptive {
+            let spec = time.adaptive.unwrap_or(AdaptiveSpec::new(tolerance));
+            time.adaptive = Some(AdaptiveSpec { tolerance, ..spec });
+        }
         time.allow_unproved_theta |= overrides.allow_unproved_theta;
         if let (Some(solid), Some(file)) = (&mut self.solid, &overrides.mesh) {
             // The name of a file may start from the working folder or from the scene's: made absolute, from neither.
@@ -107,6 +116,9 @@ impl Scene {
             if !positive(value) {
                 return Err(SceneError::OutOfRange { what: what.into(), value, range: "finite and > 0" });
             }
+        }
+        if self.time.adaptive.is_some() {
+            return Ok(0);
         }
         // An end that is a multiple of h but for rounding must not cost a step more.
         let steps = (end / step - 1e-6).ceil().max(1.0);

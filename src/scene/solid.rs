@@ -227,7 +227,7 @@ pub enum SignalSpec {
 }
 
 impl SignalSpec {
-    fn signal<T: Scalar>(&self) -> Signal<T> {
+    pub(super) fn signal<T: Scalar>(&self) -> Signal<T> {
         let all = |values: &[f64]| values.iter().map(|&x| lit(x)).collect();
         match self {
             Self::Constant => Signal::Constant,

@@ -113,6 +113,9 @@ pub enum SetupError {
         /// φ (m or rad).
         by: f64,
     },
+    /// A step that changes its length, with displacements that move.
+    #[error("a step of changing length takes no prescribed displacement that moves: its q_k depends on h")]
+    MovingStep,
     /// M is not positive definite.
     #[error("mass: {0}")]
     Mass(FactorError),

@@ -106,6 +106,16 @@ pub(super) struct Kept<T: Scalar, const D: usize> {
 }
 
 impl<T: Scalar, const D: usize> Kept<T, D> {
+    /// Numbers kept.
+    pub(super) fn numbers(&self) -> usize {
+        self.w.len() * D * D
+    }
+
+    /// The problem holds the rows of another operator.
+    pub(super) fn forget_selection(&mut self) {
+        self.selected.clear();
+    }
+
     /// w ← all of it.
     pub(super) fn all(&self, w: &mut BlockMatrix<T, D>) {
         let m = self.ids.len();

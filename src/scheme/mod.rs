@@ -40,6 +40,7 @@
 //! derivation stands at the head of `nonlinear.rs`.
 
 mod activation;
+mod clock;
 mod delassus;
 mod equilibrium;
 mod error;
@@ -53,6 +54,7 @@ mod setup;
 mod snapshot;
 mod step;
 mod theta_scheme;
+mod variable;
 mod velocity;
 
 pub use activation::{Activation, ActivationRule};
@@ -62,3 +64,4 @@ pub use record::{ContactStep, Part, State, Step};
 pub use setup::Settings;
 pub use snapshot::{RestoreError, Snapshot};
 pub use theta_scheme::ThetaScheme;
+pub(crate) use variable::Saved;

@@ -132,6 +132,12 @@ impl<T: Scalar> Nonlinear<T> {
         }
     }
 
+    /// The state is q.
+    pub(super) fn start_from(&mut self, dynamics: &dyn Dynamics<T>, q: &[T]) {
+        dynamics.mass(q, &mut self.mass[0]);
+        self.potential[0] = dynamics.potential(q);
+    }
+
     /// ½ v·M v and V of the state.
     pub(super) fn energies(&self, v: &[T]) -> (T, T) {
         (form(v, &self.mass[0], v) * lit::<T>(0.5), self.potential[0])

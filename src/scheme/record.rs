@@ -12,7 +12,7 @@ use crate::solver::Solution;
 pub struct State<T> {
     /// Steps made, k.
     pub index: usize,
-    /// Time t_k = t₀ + k h (s).
+    /// Time t_k (s): t₀ + k h where the steps are equal, their compensated sum where they are not.
     pub time: T,
     /// Configuration q_k.
     pub q: Vec<T>,

@@ -2,6 +2,7 @@
 
 use nalgebra::SVector;
 
+use super::clock::Clock;
 use super::nonlinear::Nonlinear;
 use super::{ContactStep, ThetaScheme};
 use crate::contact::ContactId;
@@ -18,6 +19,9 @@ use crate::system::MechanicalSystem;
 #[cfg_attr(feature = "outputs", derive(serde::Serialize, serde::Deserialize))]
 pub struct Snapshot {
     index: u64,
+    /// Where the clock starts: its two parts, and the step it starts at.
+    clock: [f64; 2],
+    clock_index: u64,
     q: Vec<f64>,
     v: Vec<f64>,
     energies: [f64; 3],
@@ -53,6 +57,8 @@ where
         let percussion = |contact: &ContactStep<T, D>| (contact.id.0, plain(contact.percussion.as_slice()));
         Snapshot {
             index: self.state.index as u64,
+            clock: [self.clock.origin, self.clock.low].map(to_f64),
+            clock_index: self.clock.index as u64,
             q: plain(&self.state.q),
             v: plain(&self.state.v),
             energies: [energies.kinetic, energies.elastic, energies.potential].map(to_f64),
@@ -75,11 +81,16 @@ where
         if percussions.clone().any(|p| p.len() != D) {
             return refuse("percussions of another dimension");
         }
+        if snapshot.clock_index > snapshot.index || !all_finite(&snapshot.clock) {
+            return refuse("its clock is none");
+        }
         if !all_finite(snapshot.q.iter().chain(&snapshot.v).chain(percussions.flatten())) {
             return refuse("a number is not finite");
         }
         self.state.index = snapshot.index();
-        self.state.time = self.start_time + self.settings.step * lit::<T>(self.state.index as f64);
+        let [origin, low] = snapshot.clock.map(lit);
+        self.clock = Clock { origin, low, index: snapshot.clock_index as usize };
+        self.state.time = self.clock.at(self.state.index, self.settings.step);
         self.state.q.iter_mut().zip(&snapshot.q).for_each(|(x, &y)| *x = lit(y));
         self.state.v.iter_mut().zip(&snapshot.v).for_each(|(x, &y)| *x = lit(y));
         self.system.mass().multiply(&self.state.v, &mut self.next.momentum[0]);

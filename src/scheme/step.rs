@@ -284,8 +284,7 @@ where
         next.contacts.reserve(last.contacts.len());
         (last.energies, last.balance, last.solution) = (energies, balance, solution);
         state.index += 1;
-        // By multiplication, so that the clock does not drift over many steps.
-        state.time = self.start_time + self.settings.step * lit::<T>(state.index as f64);
+        state.time = self.clock.at(state.index, self.settings.step);
     }
 
     /// Number of the step being made, and the time at its end.

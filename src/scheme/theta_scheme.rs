@@ -2,6 +2,7 @@
 
 use nalgebra::SVector;
 
+use super::clock::Clock;
 use super::delassus::Assembler;
 use super::islands::Islands;
 use super::joints::Joints;
@@ -11,6 +12,7 @@ use super::record::Next;
 use super::setup::{
     check_joints, check_laws, check_settings, check_sizes, coupling, iteration_matrix, tolerances,
 };
+use super::variable::Lengths;
 use super::velocity::Form;
 use super::{Settings, SetupError, State, Step};
 use crate::cone::ConeProblem;
@@ -50,7 +52,9 @@ pub struct ThetaScheme<T: Scalar, const D: usize, S, L, V> {
     pub(super) passes: usize,
     /// What the last pass left of the equations of motion.
     pub(super) left_over: T,
-    pub(super) start_time: T,
+    pub(super) clock: Clock<T>,
+    /// Factors for other lengths of the step.
+    pub(super) lengths: Lengths<T, D>,
     pub(super) state: State<T>,
     pub(super) last: Step<T, D>,
     pub(super) next: Next<T, D>,
@@ -139,7 +143,8 @@ where
             nonlinear,
             passes: 0,
             left_over: T::zero(),
-            start_time,
+            clock: Clock::starting(start_time),
+            lengths: Lengths::default(),
             state: State { index: 0, time: start_time, q, v },
             last: Step { contacts: Vec::new(), energies, balance: Balance::default(), solution: None },
             next,

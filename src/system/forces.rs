@@ -2,23 +2,36 @@
 
 use std::fmt;
 
+use super::Signal;
 use crate::scalar::Scalar;
 
 type Varying<T> = Box<dyn Fn(T, &mut [T]) + Send + Sync>;
 
+/// A signal with the forces that it scales, by degree of freedom.
+type Load<T> = (Signal<T>, Vec<(usize, T)>);
+
 /// F(t) = F₀ + F₁(t), generalised forces (N, N m).
 pub struct Forces<T: Scalar> {
     constant: Vec<T>,
+    loads: Vec<Load<T>>,
     varying: Option<Varying<T>>,
 }
 
 impl<T: Scalar> Forces<T> {
     /// A constant force; its potential is −F₀·q.
     pub fn constant(force: Vec<T>) -> Self {
-        Self { constant: force, varying: None }
+        Self { constant: force, loads: Vec::new(), varying: None }
     }
 
-    /// Adds a part that varies in time: `add(t, f)` adds F₁(t) to `f`.
+    /// Adds the forces `entries`, (degree of freedom, force), times a signal.
+    #[must_use]
+    pub fn with_load(mut self, signal: Signal<T>, entries: Vec<(usize, T)>) -> Self {
+        self.loads.push((signal, entries));
+        self
+    }
+
+    /// Adds a part that varies smoothly in time: `add(t, f)` adds F₁(t) to `f`. One that jumps is a
+    /// [`load`](Self::with_load), whose signal knows where.
     #[must_use]
     pub fn with_varying(mut self, add: impl Fn(T, &mut [T]) + Send + Sync + 'static) -> Self {
         self.varying = Some(Box::new(add));
@@ -32,12 +45,32 @@ impl<T: Scalar> Forces<T> {
 
     /// Whether a part varies in time.
     pub fn varies(&self) -> bool {
-        self.varying.is_some()
+        self.varying.is_some() || !self.loads.is_empty()
+    }
+
+    /// The first time after `time` at which a signal jumps or has a kink.
+    pub fn next_break(&self, time: T) -> Option<T> {
+        let breaks = self.loads.iter().filter_map(|(signal, _)| signal.next_break(time));
+        breaks.reduce(|first, other| if other < first { other } else { first })
     }
 
     /// force ← F(t).
     pub fn at(&self, time: T, force: &mut [T]) {
+        self.add_up(time, force, |signal| signal.at(time));
+    }
+
+    /// force ← F(t) with every signal continued smoothly from where it is at `inside`: the limits of F at both ends of
+    /// a stretch between [breaks](Self::next_break).
+    pub fn continued(&self, time: T, inside: T, force: &mut [T]) {
+        self.add_up(time, force, |signal| signal.continued(time, inside));
+    }
+
+    fn add_up(&self, time: T, force: &mut [T], value: impl Fn(&Signal<T>) -> T) {
         force.copy_from_slice(&self.constant);
+        for (signal, entries) in &self.loads {
+            let value = value(signal);
+            entries.iter().for_each(|&(dof, load)| force[dof] += value * load);
+        }
         if let Some(add) = &self.varying {
             add(time, force);
         }

@@ -116,9 +116,47 @@ impl<T: Scalar> Signal<T> {
                 if after == 0 || after == times.len() {
                     return values[after.saturating_sub(1).min(values.len() - 1)];
                 }
-                let (t0, t1) = (times[after - 1], times[after]);
-                let x = (time - t0) / (t1 - t0);
-                values[after - 1] + x * (values[after] - values[after - 1])
+                segment(times, values, after, time)
+            }
+        }
+    }
+
+    /// The first time after `time` at which the signal jumps or has a kink.
+    pub fn next_break(&self, time: T) -> Option<T> {
+        match self {
+            Self::Constant | Self::Sine { .. } => None,
+            Self::Square { frequency, phase } => {
+                let half = lit::<T>(0.5);
+                let index = ComplexField::floor((*frequency * time + *phase) / half);
+                // The first of the two is at or before `time` where rounding has moved it there.
+                let jump = |index: T| (index * half - *phase) / *frequency;
+                [1.0, 2.0].map(|next| jump(index + lit::<T>(next))).into_iter().find(|jump| *jump > time)
+            }
+            Self::Ramp { start, end } => [*start, *end].into_iter().find(|kink| *kink > time),
+            Self::Table { times, .. } => times.iter().copied().find(|kink| *kink > time),
+        }
+    }
+
+    /// The value at a time of the smooth function that is the signal around `inside`: at `inside`'s side of a jump, and
+    /// beyond a kink.
+    pub fn continued(&self, time: T, inside: T) -> T {
+        match self {
+            Self::Constant | Self::Sine { .. } => self.at(time),
+            Self::Square { .. } => self.at(inside),
+            Self::Ramp { start, end } => {
+                if inside < *start || inside > *end {
+                    self.at(inside)
+                } else {
+                    (time - *start) / (*end - *start)
+                }
+            }
+            Self::Table { times, values } => {
+                let after = times.partition_point(|t| *t <= inside);
+                if after == 0 || after == times.len() {
+                    self.at(inside)
+                } else {
+                    segment(times, values, after, time)
+                }
             }
         }
     }
@@ -132,7 +170,56 @@ impl<T: Scalar> Signal<T> {
     }
 }
 
+/// The line through points `after` − 1 and `after` of a table.
+fn segment<T: Scalar>(times: &[T], values: &[T], after: usize, time: T) -> T {
+    let (t0, t1) = (times[after - 1], times[after]);
+    let x = (time - t0) / (t1 - t0);
+    values[after - 1] + x * (values[after] - values[after - 1])
+}
+
 /// The fraction of x above the next whole number below.
 fn turn<T: Scalar>(x: T) -> T {
     x - ComplexField::floor(x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_signal_is_smooth_between_its_breaks_and_continued_beyond_them() {
+        let table = Signal::Table { times: vec![0.0, 0.5, 2.0], values: vec![1.0, -1.0, 4.0] };
+        let signals: [(Signal<f64>, &[f64]); 5] = [
+            (Signal::Sine { frequency: 3.0, phase: 0.2 }, &[]),
+            (Signal::Square { frequency: 2.0, phase: 0.1 }, &[0.2, 0.45, 0.7, 0.95, 1.2, 1.45]),
+            (Signal::Square { frequency: 2.0, phase: 0.0 }, &[0.25, 0.5, 0.75, 1.0, 1.25, 1.5]),
+            (Signal::Ramp { start: 0.3, end: 0.9 }, &[0.3, 0.9]),
+            (table, &[0.5, 2.0]),
+        ];
+        for (signal, expected) in signals {
+            let (mut time, mut breaks) = (0.0, Vec::new());
+            while let Some(next) = signal.next_break(time).filter(|&t| t < 1.6 || t == 2.0) {
+                assert!(next > time, "{signal:?}: {next} after {time}");
+                let inside = 0.5 * (time + next);
+                for t in [0.9 * time + 0.1 * next, inside, 0.1 * time + 0.9 * next] {
+                    let (value, continued) = (signal.at(t), signal.continued(t, inside));
+                    assert!((value - continued).abs() < 1e-14, "{signal:?} at {t}: {value} and {continued}");
+                }
+                // The limit at the break: where it is linear, the line goes on.
+                let [a, b] = [inside, next].map(|t| signal.continued(t, inside));
+                let quarter = signal.continued(0.5 * (inside + next), inside);
+                assert!(
+                    (a + b - 2.0 * quarter).abs() < 1e-14,
+                    "{signal:?} up to {next}: {a}, {quarter}, {b}"
+                );
+                breaks.push(next);
+                time = next;
+            }
+            assert_eq!(breaks.len(), expected.len(), "{signal:?}: {breaks:?}");
+            breaks
+                .iter()
+                .zip(expected)
+                .for_each(|(found, t)| assert!((found - t).abs() < 1e-15, "{breaks:?}"));
+        }
+    }
 }

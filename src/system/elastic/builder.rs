@@ -39,9 +39,6 @@ pub enum ElasticError {
     },
 }
 
-/// A signal with the forces that it scales, by degree of freedom.
-type Load<T> = (Signal<T>, Vec<(usize, T)>);
-
 /// Component of a displacement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axis {
@@ -277,7 +274,7 @@ impl<T: Scalar> ElasticBodyBuilder<T> {
                 / lit::<T>(nodes.len() as f64);
             add_dof_pairs(nodes, dimension, &dofs, |dof, axis| weight[dof] += share * self.gravity[axis]);
         }
-        let mut varying: Vec<Load<T>> = Vec::new();
+        let mut varying = Vec::new();
         for (group, stress, signal) in &self.tractions {
             let mut load = vec![T::zero(); components];
             for element in mesh.group_elements(group, dimension - 1)? {
@@ -289,19 +286,13 @@ impl<T: Scalar> ElasticBodyBuilder<T> {
                 weight.iter_mut().zip(&load).for_each(|(f, &load)| *f += load);
             } else {
                 let entries = load.into_iter().enumerate().filter(|&(_, x)| x != T::zero());
-                varying.push((signal.clone(), entries.collect()));
+                varying.push((signal.clone(), entries.collect::<Vec<_>>()));
             }
         }
         let scales = self.scales();
-        let mut forces = Forces::constant(weight);
-        if !varying.is_empty() {
-            forces = forces.with_varying(move |time, force| {
-                for (signal, entries) in &varying {
-                    let value = signal.at(time);
-                    entries.iter().for_each(|&(dof, load)| force[dof] += value * load);
-                }
-            });
-        }
+        let constant = Forces::constant(weight);
+        let forces =
+            varying.into_iter().fold(constant, |sum, (signal, entries)| sum.with_load(signal, entries));
         let prescribed = (free < components).then(|| Prescribed::new(free, motions, self.signals));
         let geometry = Geometry {
             name: self.name,

@@ -9,7 +9,7 @@ use super::sweep::Sweep;
 use super::{Interfaces, RigidBodies};
 use crate::linalg::Symmetric;
 use crate::scalar::{Scalar, all_finite, lit, to_f64};
-use crate::system::{Forces, SystemError};
+use crate::system::{Forces, Signal, SystemError};
 
 /// Mass (kg) and moment of inertia about the centre of mass (kg m²) of a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,6 +44,10 @@ pub struct GroupId(usize);
 pub struct RigidBodiesBuilder<T: Scalar> {
     bodies: Vec<(String, Body<T>)>,
     force: Vec<T>,
+    loads: Vec<(Signal<T>, Vec<(usize, T)>)>,
+    /// Diagonals of K and C; empty while no body has a spring, no body a damper.
+    stiffness: Vec<T>,
+    damping: Vec<T>,
     contactors: Vec<Contactor<T>>,
     planes: Vec<HalfPlane<T>>,
     groups: usize,
@@ -55,7 +59,8 @@ impl<T: Scalar> Default for RigidBodiesBuilder<T> {
     fn default() -> Self {
         let (contactors, planes, interfaces) = (Vec::new(), Vec::new(), Vec::new());
         let (bodies, force, joints) = (Vec::new(), Vec::new(), Vec::new());
-        Self { bodies, force, contactors, planes, groups: 0, interfaces, joints }
+        let (loads, stiffness, damping) = (Vec::new(), Vec::new(), Vec::new());
+        Self { bodies, force, loads, stiffness, damping, contactors, planes, groups: 0, interfaces, joints }
     }
 }
 
@@ -138,6 +143,14 @@ fn known(what: &'static str, index: usize, count: usize) -> Result<usize, System
     if index < count { Ok(index) } else { Err(SystemError::Unknown { what, index, count }) }
 }
 
+/// diagonal[first..first + 3] += entries, the diagonal growing as needed; all zeros are nothing to add.
+fn add_entries<T: Scalar>(diagonal: &mut Vec<T>, first: usize, entries: [T; 3]) {
+    if entries != [T::zero(); 3] {
+        diagonal.resize(diagonal.len().max(first + 3), T::zero());
+        diagonal[first..].iter_mut().zip(entries).for_each(|(x, entry)| *x += entry);
+    }
+}
+
 impl<T: Scalar> RigidBodiesBuilder<T> {
     /// Adds a body.
     ///
@@ -161,6 +174,63 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         let load = [force[0], force[1], torque];
         check(|| format!("force on `{}`", self.bodies[i / 3].0), &load, |_| true, "finite")?;
         self.force[i..i + 3].iter_mut().zip(load).for_each(|(f, load)| *f += load);
+        Ok(())
+    }
+
+    /// Adds a force (N) and torque (N m) times a signal to a body.
+    ///
+    /// # Errors
+    /// [`SystemError::OutOfRange`], [`SystemError::Unknown`].
+    pub fn load(
+        &mut self,
+        body: BodyId,
+        force: [T; 2],
+        torque: T,
+        signal: Signal<T>,
+    ) -> Result<(), SystemError> {
+        signal.check()?;
+        if signal == Signal::Constant {
+            return self.force(body, force, torque);
+        }
+        let i = 3 * known("body", body.0, self.bodies.len())?;
+        let load = [force[0], force[1], torque];
+        check(|| format!("load on `{}`", self.bodies[i / 3].0), &load, |_| true, "finite")?;
+        let entries = load.into_iter().enumerate().map(|(axis, x)| (i + axis, x));
+        self.loads.push((signal, entries.filter(|&(_, x)| x != T::zero()).collect()));
+        Ok(())
+    }
+
+    /// Holds a body by springs to the ground, −k·(x, y, angle): without force where all three are 0.
+    ///
+    /// # Errors
+    /// [`SystemError::OutOfRange`] for a stiffness (N/m, N/m, N m/rad) that is not finite and ≥ 0;
+    /// [`SystemError::Unknown`].
+    pub fn spring(&mut self, body: BodyId, stiffness: [T; 3]) -> Result<(), SystemError> {
+        let i = 3 * known("body", body.0, self.bodies.len())?;
+        check(
+            || format!("stiffness of `{}`", self.bodies[i / 3].0),
+            &stiffness,
+            |k| k >= T::zero(),
+            "finite and ≥ 0",
+        )?;
+        add_entries(&mut self.stiffness, i, stiffness);
+        Ok(())
+    }
+
+    /// Damps the motion of a body, −c·(ẋ, ẏ, angular velocity).
+    ///
+    /// # Errors
+    /// [`SystemError::OutOfRange`] for a damping (N s/m, N s/m, N m s) that is not finite and ≥ 0;
+    /// [`SystemError::Unknown`].
+    pub fn damper(&mut self, body: BodyId, damping: [T; 3]) -> Result<(), SystemError> {
+        let i = 3 * known("body", body.0, self.bodies.len())?;
+        check(
+            || format!("damping of `{}`", self.bodies[i / 3].0),
+            &damping,
+            |c| c >= T::zero(),
+            "finite and ≥ 0",
+        )?;
+        add_entries(&mut self.damping, i, damping);
         Ok(())
     }
 
@@ -338,7 +408,7 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         if self.bodies.is_empty() {
             return Err(SystemError::Size { what: "the scene without bodies", expected: 1, given: 0 });
         }
-        let diagonal = self.bodies.iter().flat_map(|(_, b)| [b.mass, b.mass, b.inertia]).collect();
+        let diagonal: Vec<T> = self.bodies.iter().flat_map(|(_, b)| [b.mass, b.mass, b.inertia]).collect();
         let interfaces = Interfaces::new(self.groups, &self.interfaces);
         // Only contactors of groups that meet other contactors are swept.
         let meets = |group: usize| {
@@ -347,9 +417,18 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         let meeting: Vec<bool> = (0..self.groups).map(meets).collect();
         let swept = (0..self.contactors.len()).filter(|&i| meeting[self.contactors[i].group]);
         let sweep = Sweep::new(swept);
+        let operator = |mut entries: Vec<T>| {
+            entries.resize(diagonal.len(), T::zero());
+            Symmetric::Diagonal(entries)
+        };
+        let present = |entries: Vec<T>| (!entries.is_empty()).then(|| operator(entries));
+        let constant = Forces::constant(self.force);
+        let loads = self.loads.into_iter();
         Ok(RigidBodies {
+            stiffness: present(self.stiffness),
+            damping: present(self.damping),
             mass: Symmetric::Diagonal(diagonal),
-            forces: Forces::constant(self.force),
+            forces: loads.fold(constant, |sum, (signal, entries)| sum.with_load(signal, entries)),
             labels: self.bodies.into_iter().map(|(name, _)| name).collect(),
             contactors: self.contactors,
             planes: self.planes,

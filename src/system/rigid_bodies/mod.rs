@@ -46,12 +46,14 @@ impl Interfaces {
 }
 
 /// Planar rigid bodies; body i owns the coordinates q[3i..3i+3] = (x, y, angle), x and y those of its centre of
-/// mass. M is diagonal, C and K are absent.
+/// mass. M is diagonal; K and C are too, or absent where no body has a spring or a damper.
 ///
 /// Local frames are (n, t) with t = (n_y, −n_x): above a floor with n = (0, 1) the tangent is +x.
 #[derive(Debug)]
 pub struct RigidBodies<T: Scalar> {
     mass: Symmetric<T>,
+    stiffness: Option<Symmetric<T>>,
+    damping: Option<Symmetric<T>>,
     forces: Forces<T>,
     labels: Vec<String>,
     contactors: Vec<Contactor<T>>,
@@ -242,6 +244,14 @@ impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for RigidBodies<T> {
 
     fn mass(&self) -> &Symmetric<T> {
         &self.mass
+    }
+
+    fn stiffness(&self) -> Option<&Symmetric<T>> {
+        self.stiffness.as_ref()
+    }
+
+    fn damping(&self) -> Option<&Symmetric<T>> {
+        self.damping.as_ref()
     }
 
     fn forces(&self) -> &Forces<T> {

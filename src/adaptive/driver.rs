@@ -1,0 +1,310 @@
+//! The driver: from one step kept to the next.
+
+use std::ops::ControlFlow;
+
+use super::attempt::Attempt;
+use super::control::Control;
+use super::events::Near;
+use super::path::Path;
+use super::{AdaptiveError, AdaptiveSettings, Limit};
+use crate::contact::Candidate;
+use crate::laws::ContactLaw;
+use crate::scalar::{Scalar, lit, to_f64};
+use crate::scheme::{Saved, State, Step, ThetaScheme};
+use crate::solver::ConeSolver;
+use crate::system::MechanicalSystem;
+
+/// γ, the gap that counts as closed, as a share of ε L.
+const CLOSED: f64 = 1e-4;
+
+/// Share of ε for the smooth motion, and for jumps. Errors of the velocity count for the time that is left, half the span in
+/// the mean: the estimates of a run add up to about half of it.
+pub(super) const SMOOTH: f64 = 1.0;
+const JUMPS: f64 = 0.5;
+
+/// Trials from one state at most: each shrinks, and a length has 52 powers of two and a few.
+const MOST_TRIALS: usize = 200;
+
+/// What a run under error control has cost, and what it thinks of its error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Report<T> {
+    /// Steps kept.
+    pub accepted: usize,
+    /// Trials given up, for their error or for an event in them.
+    pub rejected: usize,
+    /// θ-steps made in all: kept, compared with, given up.
+    pub computed: usize,
+    /// Impacts and ends of sliding that steps were placed at.
+    pub events: usize,
+    /// Sum of the estimated errors of the steps kept, in q and in v until T, as a share of the scene's length.
+    pub estimated_error: T,
+    /// Smallest step kept (s).
+    pub smallest_step: T,
+    /// Largest step kept (s).
+    pub largest_step: T,
+}
+
+/// A step kept, until it is told of.
+#[derive(Debug)]
+pub(super) struct Record<T: Scalar, const D: usize> {
+    pub(super) state: State<T>,
+    pub(super) step: Step<T, D>,
+}
+
+/// A [`ThetaScheme`] under error control; the [module](super) says how.
+///
+/// Warm steps allocate nothing, but where the scheme has to factor M̂ for a length it has not met.
+#[derive(Debug)]
+pub struct Adaptive<T: Scalar, const D: usize, S, L, V> {
+    pub(super) scheme: ThetaScheme<T, D, S, L, V>,
+    pub(super) settings: AdaptiveSettings<T>,
+    pub(super) span: T,
+    pub(super) least: T,
+    /// What a component of q or v is multiplied with to be a share of the scene's length.
+    pub(super) weights: Vec<T>,
+    /// γ (m).
+    pub(super) closed: T,
+    /// Whether lengths are the span over powers of two and thirds of them.
+    pub(super) on_ladder: bool,
+    pub(super) control: Control<T>,
+    pub(super) start: Saved<T, D>,
+    /// Length of the step that led to the start, where it was one of a smooth motion; 0 else.
+    pub(super) came_by: T,
+    /// End of the one step of 3h.
+    pub(super) ahead: (Vec<T>, Vec<T>),
+    pub(super) path: Path<T>,
+    pub(super) records: [Record<T, D>; 3],
+    pub(super) near: Vec<Near<T>>,
+    pub(super) candidates: Vec<Candidate<T>>,
+    pub(super) point: Vec<T>,
+    /// ε for jumps that is left.
+    pub(super) for_jumps: T,
+    /// Largest acceleration met on the last path, in lengths of the scene (1/s²).
+    pub(super) acceleration: T,
+    pub(super) report: Report<T>,
+    /// Trials from the present start whose error was too large.
+    pub(super) trials: usize,
+    /// Estimate and length of the last trial; error per unit of time of the last one kept.
+    pub(super) last_trial: (T, T),
+    pub(super) density: T,
+    /// Estimate of the last trial, and its share.
+    pub(super) last_error: (T, T),
+}
+
+impl<T, const D: usize, S, L, V> Adaptive<T, D, S, L, V>
+where
+    T: Scalar,
+    S: MechanicalSystem<T, D>,
+    L: ContactLaw<T, D>,
+    V: ConeSolver<T, D>,
+{
+    /// Takes a scheme over. Tolerances of its active set that the user left open follow ε.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::OutOfRange`], [`AdaptiveError::Setup`] for a system whose steps have one length.
+    pub fn new(
+        mut scheme: ThetaScheme<T, D, S, L, V>,
+        settings: AdaptiveSettings<T>,
+    ) -> Result<Self, AdaptiveError> {
+        let start = scheme.state().time;
+        let (least, first, largest) = settings.check(start)?;
+        scheme.set_step(first)?;
+        let scales = scheme.scales();
+        let closed = lit::<T>(CLOSED) * settings.tolerance * scales.length;
+        let activation = scheme.settings().activation;
+        let (gap, velocity) = scheme.tolerances();
+        let larger = nalgebra::RealField::max;
+        let gap = if activation.gap_tolerance.is_some() { gap } else { larger(closed, gap) };
+        let root = nalgebra::ComplexField::sqrt(gap / scales.length);
+        // The speed of a bounce as high as γ under the accelerations that make the scene's speed over its length.
+        let velocity = if activation.velocity_tolerance.is_some() {
+            velocity
+        } else {
+            larger(velocity, lit::<T>(2.0) * root * scales.speed)
+        };
+        scheme.set_tolerances((gap, velocity));
+        let dofs = scheme.state().q.len();
+        let weight = |dof| match scheme.system().dof_unit(dof) {
+            "rad" => T::one(),
+            _ => T::one() / scales.length,
+        };
+        let weights = (0..dofs).map(weight).collect();
+        let zeros = || vec![T::zero(); dofs];
+        let record = || Record { state: scheme.state().clone(), step: scheme.last_step().clone() };
+        let (records, start_state) = ([record(), record(), record()], scheme.saved());
+        let on_ladder = scheme.factors_lengths();
+        Ok(Self {
+            span: settings.end - start,
+            least,
+            weights,
+            closed: gap,
+            on_ladder,
+            control: Control::new(first, largest),
+            start: start_state,
+            came_by: T::zero(),
+            ahead: (zeros(), zeros()),
+            path: Path::new(dofs),
+            records,
+            near: Vec::new(),
+            candidates: Vec::new(),
+            point: zeros(),
+            for_jumps: lit::<T>(JUMPS) * settings.tolerance,
+            acceleration: scales.speed * scales.speed / (scales.length * scales.length),
+            report: Report {
+                accepted: 0,
+                rejected: 0,
+                computed: 0,
+                events: 0,
+                estimated_error: T::zero(),
+                smallest_step: T::infinity_impl(),
+                largest_step: T::zero(),
+            },
+            trials: 0,
+            last_trial: (T::zero(), T::one()),
+            density: T::zero(),
+            last_error: (T::zero(), T::zero()),
+            scheme,
+            settings,
+        })
+    }
+
+    /// The scheme, in the state of the last step kept.
+    pub fn scheme(&self) -> &ThetaScheme<T, D, S, L, V> {
+        &self.scheme
+    }
+
+    /// The scheme, handed back.
+    pub fn into_scheme(self) -> ThetaScheme<T, D, S, L, V> {
+        self.scheme
+    }
+
+    /// The settings.
+    pub fn settings(&self) -> &AdaptiveSettings<T> {
+        &self.settings
+    }
+
+    /// What the run has cost so far.
+    pub fn report(&self) -> &Report<T> {
+        &self.report
+    }
+
+    /// What a component of q or v is multiplied with to be a share of the scene's length: 1/L, or 1 for angles.
+    pub fn weights(&self) -> &[T] {
+        &self.weights
+    }
+
+    /// Steps until `time`, exactly, and tells `kept` of every step kept, in order. A break ends the run after the steps
+    /// that were kept together, three at most.
+    ///
+    /// # Errors
+    /// [`AdaptiveError`]; the state is that of the last step kept, of which `kept` was told.
+    pub fn advance_to<B>(
+        &mut self,
+        time: T,
+        mut kept: impl FnMut(&S, &State<T>, &Step<T, D>) -> ControlFlow<B>,
+    ) -> Result<ControlFlow<B>, AdaptiveError> {
+        loop {
+            let left = self.scheme.until(time);
+            if !(left >= self.least) {
+                return Ok(ControlFlow::Continue(()));
+            }
+            let made = self.advance(left)?;
+            let mut broken = ControlFlow::Continue(());
+            for Record { state, step } in &self.records[..made] {
+                let told = kept(self.scheme.system(), state, step);
+                if broken.is_continue() {
+                    broken = told;
+                }
+            }
+            if broken.is_break() {
+                return Ok(broken);
+            }
+        }
+    }
+
+    /// Makes one to three steps that are kept, `left` long at most; gives their number.
+    fn advance(&mut self, left: T) -> Result<usize, AdaptiveError> {
+        let smaller = nalgebra::RealField::min;
+        let Self { scheme, start, control, .. } = self;
+        scheme.save(start);
+        self.path.forget();
+        let mut size = smaller(control.size, left);
+        if control.to_event > T::zero() {
+            size = smaller(size, control.to_event);
+        }
+        self.look_around(size);
+        let mut misses = 0;
+        for _ in 0..MOST_TRIALS {
+            if let Some(impact) = self.impact_length(size) {
+                return self.make_impact(smaller(self.on_rung(impact), left));
+            }
+            size = self.keep_open(size);
+            // The rest of the run is no rung of the ladder, nor is it to be missed by a rounding.
+            size = if size >= left { left } else { self.on_rung(size) };
+            match self.attempt(size, misses)? {
+                Attempt::Kept(steps) => return Ok(steps),
+                Attempt::Rest(rest) => return self.make_rest(smaller(self.on_rung(rest), left)),
+                Attempt::Event(time) => {
+                    misses += 1;
+                    self.report.rejected += 1;
+                    self.control.to_event = time;
+                    self.shrink(&mut size, time, Limit::Event)?;
+                }
+                Attempt::Smaller(to) => {
+                    self.report.rejected += 1;
+                    self.shrink(&mut size, to, Limit::Error)?;
+                }
+                Attempt::Failed(error) => {
+                    self.report.rejected += 1;
+                    let quarter = size * lit::<T>(0.25);
+                    if quarter < self.least {
+                        return Err(error.into());
+                    }
+                    self.control.size = smaller(self.control.size, quarter);
+                    size = quarter;
+                }
+            }
+        }
+        Err(self.underflow(size, Limit::Event))
+    }
+
+    fn shrink(&self, size: &mut T, to: T, limit: Limit) -> Result<(), AdaptiveError> {
+        if !(to >= self.least) {
+            return Err(self.underflow(to, limit));
+        }
+        *size = to;
+        Ok(())
+    }
+
+    fn underflow(&self, step: T, limit: Limit) -> AdaptiveError {
+        let (error, share) = self.last_error;
+        AdaptiveError::Underflow {
+            time: to_f64(self.scheme.state().time),
+            limit,
+            step: to_f64(step),
+            least: to_f64(self.least),
+            error: to_f64(error),
+            share: to_f64(share),
+        }
+    }
+
+    /// The longest length not above `size` whose factors are kept.
+    pub(super) fn on_rung(&self, size: T) -> T {
+        if !self.on_ladder {
+            return size;
+        }
+        let two = lit::<T>(2.0);
+        let slack = T::one() + lit::<T>(16.0) * crate::scalar::epsilon::<T>();
+        let power = nalgebra::ComplexField::floor(nalgebra::ComplexField::log2(size * slack / self.span));
+        let rung = self.span * nalgebra::ComplexField::powf(two, power);
+        // Half a power between two: a third of it is a power again.
+        let between = rung * lit::<T>(1.5);
+        if between <= size * slack { between } else { rung }
+    }
+
+    /// T − t, for errors of the velocity.
+    pub(super) fn remaining(&self) -> T {
+        let left = self.scheme.until(self.settings.end);
+        nalgebra::RealField::max(left, T::zero())
+    }
+}

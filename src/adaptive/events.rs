@@ -1,0 +1,330 @@
+//! Impacts, bounces too low to matter, and ends of sliding: where steps are to end.
+
+use super::driver::Adaptive;
+use super::roots::{falling_root, parabola_minimum};
+use crate::contact::ContactId;
+use crate::laws::ContactLaw;
+use crate::scalar::{Scalar, epsilon, lit};
+use crate::scheme::ActivationRule;
+use crate::solver::ConeSolver;
+use crate::system::MechanicalSystem;
+
+/// A candidate near the state a step starts from.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Near<T> {
+    id: ContactId,
+    /// Gap (m) and u_N (m/s) at the start.
+    gap: T,
+    rate: T,
+    /// Gaps at the start and after each of three steps; the last one known stands for those beyond the reach.
+    gaps: [T; 4],
+    seen: bool,
+}
+
+/// Where a trial is to end instead.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Meeting<T> {
+    /// Just before a contact closes.
+    At(T),
+    /// After a bounce too low to be resolved, all of which a step this long makes.
+    Rest(T),
+}
+
+/// Gap at which a flight ends for an impact, and up to which a closing contact is made one, in γ.
+const LANDING: f64 = 0.3;
+const NEAR: f64 = 2.0;
+
+/// Share of ε for the error that the velocity makes of one impact.
+const IMPACT: f64 = 1e-2;
+
+/// Speed up to which sliding has ended, in ε L/(T − t).
+const SLIDING: f64 = 1e-2;
+
+fn abs<T: Scalar>(x: T) -> T {
+    nalgebra::ComplexField::abs(x)
+}
+
+fn smaller<T: Scalar>(x: T, y: T) -> T {
+    nalgebra::RealField::min(x, y)
+}
+
+fn larger<T: Scalar>(x: T, y: T) -> T {
+    nalgebra::RealField::max(x, y)
+}
+
+impl<T, const D: usize, S, L, V> Adaptive<T, D, S, L, V>
+where
+    T: Scalar,
+    S: MechanicalSystem<T, D>,
+    L: ContactLaw<T, D>,
+    V: ConeSolver<T, D>,
+{
+    /// Finds the candidates that steps of length `size` may close.
+    pub(super) fn look_around(&mut self, size: T) {
+        let Self { scheme, start, candidates, near, closed, .. } = self;
+        let scales = scheme.scales();
+        let largest = start.v.iter().fold(T::zero(), |largest, &v| larger(largest, abs(v)));
+        // |u_N| is at most the sum of both bodies' velocities and of what their spin makes at a length.
+        let two = lit::<T>(2.0);
+        let reach = *closed * lit::<T>(4.0) + two * (two + scales.length) * (largest + scales.speed) * size;
+        scheme.candidates_at(&start.q, reach, candidates);
+        near.clear();
+        for candidate in &*candidates {
+            let (id, gap) = (candidate.id, candidate.gap);
+            let rate = scheme.gap_rate(id, &start.q, &start.v);
+            near.push(Near { id, gap, rate, gaps: [gap; 4], seen: false });
+        }
+    }
+
+    fn was_near(&self, id: ContactId) -> Option<&Near<T>> {
+        self.near.iter().find(|near| near.id == id)
+    }
+
+    /// Whether a contact is touched at the start: an impact is made from there, no flight.
+    fn touched(&self, near: &Near<T>) -> bool {
+        near.gap <= self.closed * lit::<T>(NEAR)
+    }
+
+    /// The length of a step with an impact at its middle, where a contact touched approaches.
+    pub(super) fn impact_length(&self, size: T) -> Option<T> {
+        let half = lit::<T>(0.5);
+        let mut length = None::<T>;
+        for near in self.near.iter().filter(|near| self.touched(near)) {
+            let speed = -near.rate;
+            // Slower, the jump moves nothing by more than the gap that counts as closed.
+            if !(speed * size > half * self.closed) {
+                continue;
+            }
+            let to_wall = larger(near.gap, half * self.closed * lit::<T>(LANDING));
+            let centred = (to_wall + to_wall) / speed;
+            length = Some(length.map_or(centred, |length| smaller(length, centred)));
+        }
+        let drift = larger(self.acceleration * self.remaining(), self.least);
+        let bound = lit::<T>(IMPACT) * self.settings.tolerance / drift;
+        length.map(|length| larger(smaller(length, larger(bound, self.least)), self.least))
+    }
+
+    /// The longest length, `size` at most, over which no contact that is open closes at its present speed: the rules by
+    /// predicted gaps would make it active.
+    pub(super) fn keep_open(&mut self, mut size: T) -> T {
+        let rule = self.scheme.settings().activation.rule;
+        if rule == ActivationRule::CurrentGap {
+            return size;
+        }
+        let velocity_tolerance = self.scheme.tolerances().1;
+        for _ in 0..40 {
+            let Self { scheme, start, candidates, point, closed, .. } = self;
+            for (x, (&q, &v)) in point.iter_mut().zip(start.q.iter().zip(&start.v)) {
+                *x = q + size * v;
+            }
+            scheme.candidates_at(point, *closed, candidates);
+            let mut shortest = size;
+            for i in 0..self.candidates.len() {
+                let (id, then) = (self.candidates[i].id, self.candidates[i].gap);
+                let Some(near) = self.was_near(id) else {
+                    shortest = smaller(shortest, size * lit::<T>(0.5));
+                    continue;
+                };
+                let ignored = rule == ActivationRule::MoreauJean && near.rate > velocity_tolerance;
+                if self.touched(near) || ignored {
+                    continue;
+                }
+                let to_go = (near.gap - self.closed) / (near.gap - then);
+                shortest = smaller(shortest, size * to_go * lit::<T>(1.0 - 1e-6));
+            }
+            if !(shortest < size) || shortest < self.least {
+                break;
+            }
+            size = shortest;
+        }
+        size
+    }
+
+    /// Whether a contact that is open, or opens, may close within the time `size`: a trial step then comes first, whose path
+    /// tells when.
+    pub(super) fn may_close(&self, size: T) -> bool {
+        let acceleration = self.acceleration * self.scheme.scales().length;
+        let falls = |near: &Near<T>| near.gap + size * (near.rate - acceleration * size) < T::zero();
+        let moves = |near: &Near<T>| abs(near.rate) * size > self.closed;
+        self.near.iter().any(|near| (!self.touched(near) || moves(near)) && falls(near))
+    }
+
+    fn is_active(&self, id: ContactId) -> bool {
+        self.scheme.last_step().contacts.iter().any(|contact| contact.id == id)
+    }
+
+    /// Finds the contacts that overlap at the end of a trial, and were left out of it.
+    fn overlapping(&mut self) -> Option<T> {
+        let Self { scheme, candidates, point, closed, .. } = self;
+        point.copy_from_slice(&scheme.state().q);
+        scheme.candidates_at(point, -*closed, candidates);
+        (!candidates.is_empty()).then_some(*closed)
+    }
+
+    /// Where the first contact closes that overlaps at the end of the trial just made, of length `size`; the path is
+    /// that of the trial.
+    pub(super) fn meeting(&mut self, size: T) -> Option<Meeting<T>> {
+        let closed = self.overlapping()?;
+        let mut first = None::<Meeting<T>>;
+        for i in 0..self.candidates.len() {
+            let (id, end) = (self.candidates[i].id, self.candidates[i].gap);
+            if self.is_active(id) {
+                continue;
+            }
+            let near = self.was_near(id).copied();
+            let near = near.unwrap_or(Near {
+                id,
+                gap: closed + closed,
+                rate: T::zero(),
+                gaps: [end; 4],
+                seen: false,
+            });
+            if !(end < smaller(near.gap, T::zero()) - closed) {
+                continue;
+            }
+            let meeting = self.closing(&near, end, size);
+            first = Some(match (first, meeting) {
+                (Some(Meeting::At(one)), Meeting::At(other)) => Meeting::At(smaller(one, other)),
+                (Some(at @ Meeting::At(_)), Meeting::Rest(_)) => at,
+                (Some(Meeting::Rest(one)), Meeting::Rest(other)) => Meeting::Rest(smaller(one, other)),
+                (_, meeting) => meeting,
+            });
+            // The root of one gap walks through the candidates.
+            self.overlapping();
+        }
+        first
+    }
+
+    fn closing(&mut self, near: &Near<T>, end: T, size: T) -> Meeting<T> {
+        let (half, closed) = (lit::<T>(0.5), self.closed);
+        let landing = closed * lit::<T>(LANDING);
+        let mut level = landing;
+        let mut from = (T::zero(), near.gap - landing);
+        if near.gap <= landing || (self.touched(near) && near.rate > T::zero()) {
+            // It has just bounced: the way up comes first.
+            let fall = (end - near.gap - near.rate * size) * lit::<T>(2.0) / (size * size);
+            if !(near.rate > T::zero() && fall < T::zero()) {
+                return Meeting::At(size * half);
+            }
+            let top = -near.rate / fall;
+            // Where the active set would keep it in a flight this low, the law may as well bring it to rest.
+            let room = (closed * lit::<T>(0.999) - near.gap) / near.rate;
+            let rule = self.scheme.settings().activation.rule;
+            let kept = rule != ActivationRule::MoreauJean || near.rate <= self.scheme.tolerances().1;
+            if room >= top + top && kept {
+                return Meeting::Rest(room);
+            }
+            level = smaller(near.gap, landing);
+            from = (top, self.gap_on_path(near, top) - level);
+            if !(from.1 > T::zero()) {
+                return Meeting::At(size * half);
+            }
+        }
+        let close = closed * lit::<T>(0.05) + lit::<T>(4.0) * epsilon::<T>() * self.scheme.scales().length;
+        let time =
+            falling_root(from, (size, end - level), close, |time| self.gap_on_path(near, time) - level);
+        Meeting::At(time)
+    }
+
+    fn gap_on_path(&mut self, near: &Near<T>, time: T) -> T {
+        let Self { scheme, start, candidates, point, path, .. } = self;
+        path.at(&start.q, &start.v, time, point);
+        let reach = larger(abs(near.gap), scheme.scales().length);
+        scheme.candidates_at(point, reach, candidates);
+        candidates.iter().find(|candidate| candidate.id == near.id).map_or(reach, |candidate| candidate.gap)
+    }
+
+    /// Speed up to which sliding counts as ended.
+    fn stopped(&self) -> T {
+        let remaining = larger(self.remaining(), self.span * lit::<T>(1e-2));
+        lit::<T>(SLIDING) * self.settings.tolerance * self.scheme.scales().length / remaining
+    }
+
+    /// Where in the trial just made, of length `size`, a contact stops sliding one way.
+    pub(super) fn end_of_sliding(&self, size: T, misses: usize) -> Option<T> {
+        if D == 1 {
+            return None;
+        }
+        let still = self.stopped();
+        let tangential = |u: &nalgebra::SVector<T, D>| u.norm_squared() - u[0] * u[0];
+        let mut first = None::<T>;
+        for contact in &self.scheme.last_step().contacts {
+            let speed = nalgebra::ComplexField::sqrt(larger(tangential(&contact.before), T::zero()));
+            if !(speed > still) {
+                continue;
+            }
+            let along =
+                |u: &nalgebra::SVector<T, D>| (u.dot(&contact.before) - u[0] * contact.before[0]) / speed;
+            if along(&contact.after) > still * lit::<T>(0.25) {
+                continue;
+            }
+            // It slowed down on the way here: it stops where that leads.
+            let before = self.start.contacts.iter().find(|before| before.id == contact.id);
+            let slowing = before
+                .filter(|_| self.came_by > T::zero())
+                .map(|before| (along(&before.before) - along(&before.after)) / self.came_by);
+            let time = match slowing.filter(|&slowing| slowing > T::zero()) {
+                Some(slowing) => (speed - still * lit::<T>(0.5)) / slowing,
+                None => size * lit::<T>(0.125),
+            };
+            let misses = lit::<T>(misses as f64);
+            let time = time * (T::one() - lit::<T>(0.02) * smaller(misses * misses, lit::<T>(25.0)));
+            let time = if time < size { time } else { size * lit::<T>(0.5) };
+            first = Some(first.map_or(time, |first| smaller(first, time)));
+        }
+        first
+    }
+
+    /// Looks at the gaps after step `i` of three of length `third`: where the next trial is to end if a contact has closed.
+    pub(super) fn passing(&mut self, i: usize, third: T) -> Option<T> {
+        let Self { scheme, candidates, point, near, closed, .. } = self;
+        let fresh =
+            |id: ContactId| !near.iter().any(|near| near.id == id && near.gap <= *closed * lit::<T>(NEAR));
+        let hit = scheme.last_step().contacts.iter().any(|c| c.percussion[0] > T::zero() && fresh(c.id));
+        if hit {
+            return Some(if i > 0 { third * lit::<T>(i as f64) } else { third * lit::<T>(0.5) });
+        }
+        if near.is_empty() {
+            return None;
+        }
+        point.copy_from_slice(&scheme.state().q);
+        let reach = near.iter().fold(*closed, |reach, near| larger(reach, near.gaps[i]));
+        scheme.candidates_at(point, reach, candidates);
+        near.iter_mut().for_each(|near| near.seen = false);
+        let mut first = None::<T>;
+        for candidate in &*candidates {
+            let Some(near) = near.iter_mut().find(|near| near.id == candidate.id) else { continue };
+            near.seen = true;
+            near.gaps[i + 1] = candidate.gap;
+            let active = scheme.last_step().contacts.iter().any(|contact| contact.id == candidate.id);
+            if !active && candidate.gap < smaller(near.gap, T::zero()) - *closed {
+                let (from, to) = (near.gaps[i], candidate.gap);
+                let part = larger(from, T::zero()) / larger(from - to, *closed);
+                let time = third * (lit::<T>(i as f64) + larger(part, lit::<T>(0.5)));
+                first = Some(first.map_or(time, |first| smaller(first, time)));
+            }
+        }
+        near.iter_mut().filter(|near| !near.seen).for_each(|near| near.gaps[i + 1] = near.gaps[i]);
+        first
+    }
+
+    /// Where a gap had a minimum, over three steps of length `third`, that may have closed it.
+    pub(super) fn dip(&self, third: T) -> Option<T> {
+        let mut first = None::<T>;
+        for near in self.near.iter().filter(|near| !self.touched(near)) {
+            for (offset, gaps) in near.gaps.windows(3).enumerate() {
+                let Some((at, least)) = parabola_minimum([gaps[0], gaps[1], gaps[2]]) else { continue };
+                let place = at + lit::<T>(offset as f64);
+                let (from, to) =
+                    ([lit::<T>(3e-3), lit::<T>(1.5)][offset], [lit::<T>(1.5), lit::<T>(2.97)][offset]);
+                let sampled = smaller(gaps[0], smaller(gaps[1], gaps[2]));
+                let uncertain = lit::<T>(0.2) * (sampled - least) + self.closed;
+                if place > from && place <= to && least < uncertain {
+                    let time = place * third;
+                    first = Some(first.map_or(time, |first| smaller(first, time)));
+                }
+            }
+        }
+        first
+    }
+}

@@ -1,0 +1,43 @@
+//! The path of a trial step, as a parabola.
+
+use crate::scalar::{Scalar, lit};
+
+/// q(τ) = q_k + τ v_k + ½ τ² a over a step, through its end: exact in flight under constant forces, of third order else.
+#[derive(Debug)]
+pub(super) struct Path<T> {
+    acceleration: Vec<T>,
+    /// Length of the step (s); 0 where there is no path.
+    pub(super) size: T,
+}
+
+impl<T: Scalar> Path<T> {
+    pub(super) fn new(dofs: usize) -> Self {
+        Self { acceleration: vec![T::zero(); dofs], size: T::zero() }
+    }
+
+    pub(super) fn forget(&mut self) {
+        self.size = T::zero();
+    }
+
+    /// The path from (q, v) to `end` in the time `size`.
+    pub(super) fn set(&mut self, q: &[T], v: &[T], end: &[T], size: T) {
+        let scale = lit::<T>(2.0) / (size * size);
+        for (i, a) in self.acceleration.iter_mut().enumerate() {
+            *a = (end[i] - q[i] - size * v[i]) * scale;
+        }
+        self.size = size;
+    }
+
+    /// point ← q(τ).
+    pub(super) fn at(&self, q: &[T], v: &[T], time: T, point: &mut [T]) {
+        let half = lit::<T>(0.5) * time;
+        for (i, x) in point.iter_mut().enumerate() {
+            *x = q[i] + time * (v[i] + half * self.acceleration[i]);
+        }
+    }
+
+    /// The acceleration, component by component.
+    pub(super) fn acceleration(&self) -> &[T] {
+        &self.acceleration
+    }
+}

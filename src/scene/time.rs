@@ -1,0 +1,157 @@
+//! `[time]`: fixed steps, or steps under error control.
+
+use serde::de::{self, Visitor};
+use serde::{Deserialize, Deserializer};
+
+use super::format::ActivationRuleName;
+use crate::adaptive::AdaptiveSettings;
+use crate::scalar::{Scalar, lit};
+
+/// Time stepping.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(try_from = "TimeFields")]
+pub struct TimeSpec {
+    /// Time step h > 0 (s); under error control a first guess.
+    pub step: f64,
+    /// Error control, where the file says `step = "adaptive"`.
+    pub adaptive: Option<AdaptiveSpec>,
+    /// End of the run (s); it starts at 0.
+    pub end: f64,
+    /// Scheme parameter θ ∈ [0, 1].
+    pub theta: f64,
+    /// Accept a θ outside the interval in which a law is proved dissipative.
+    pub allow_unproved_theta: bool,
+    /// Rule of the active set.
+    pub activation: ActivationRuleName,
+    /// Tolerance of the rule on the gap (m); scales with the scene where absent.
+    pub gap_tolerance: Option<f64>,
+    /// Tolerance of the rule on the normal velocity (m/s); scales with the scene where absent.
+    pub velocity_tolerance: Option<f64>,
+}
+
+/// Error control, see [`crate::adaptive`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AdaptiveSpec {
+    /// ε, the error aimed at as a share of the scene's length.
+    pub tolerance: f64,
+    /// Length of the first step tried (s).
+    pub first_step: Option<f64>,
+    /// Smallest length of a step (s).
+    pub min_step: Option<f64>,
+    /// Largest length of a step (s).
+    pub max_step: Option<f64>,
+}
+
+impl AdaptiveSpec {
+    /// Tolerance ε, step lengths by default.
+    pub fn new(tolerance: f64) -> Self {
+        Self { tolerance, first_step: None, min_step: None, max_step: None }
+    }
+}
+
+impl TimeSpec {
+    /// The settings of a run under error control; `None` for fixed steps.
+    pub fn adaptive_settings<T: Scalar>(&self) -> Option<AdaptiveSettings<T>> {
+        let AdaptiveSpec { tolerance, first_step, min_step, max_step } = self.adaptive?;
+        Some(AdaptiveSettings {
+            tolerance: lit(tolerance),
+            end: lit(self.end),
+            first_step: first_step.map(lit),
+            min_step: min_step.map(lit),
+            max_step: max_step.map(lit),
+        })
+    }
+}
+
+/// The part of the span that a first step of error control has where nothing else is said.
+const FIRST: f64 = 1e-2;
+
+/// The table as it is written.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TimeFields {
+    step: StepField,
+    tolerance: Option<f64>,
+    first_step: Option<f64>,
+    min_step: Option<f64>,
+    max_step: Option<f64>,
+    end: f64,
+    #[serde(default = "half")]
+    theta: f64,
+    #[serde(default)]
+    allow_unproved_theta: bool,
+    #[serde(default)]
+    activation: ActivationRuleName,
+    gap_tolerance: Option<f64>,
+    velocity_tolerance: Option<f64>,
+}
+
+fn half() -> f64 {
+    0.5
+}
+
+/// A number, or `"adaptive"`.
+enum StepField {
+    Fixed(f64),
+    Adaptive,
+}
+
+impl<'de> Deserialize<'de> for StepField {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Field;
+        impl Visitor<'_> for Field {
+            type Value = StepField;
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("a time step in seconds, or \"adaptive\"")
+            }
+            fn visit_f64<E: de::Error>(self, step: f64) -> Result<StepField, E> {
+                Ok(StepField::Fixed(step))
+            }
+            fn visit_i64<E: de::Error>(self, step: i64) -> Result<StepField, E> {
+                Ok(StepField::Fixed(step as f64))
+            }
+            fn visit_str<E: de::Error>(self, name: &str) -> Result<StepField, E> {
+                match name {
+                    "adaptive" => Ok(StepField::Adaptive),
+                    other => Err(E::invalid_value(de::Unexpected::Str(other), &self)),
+                }
+            }
+        }
+        deserializer.deserialize_any(Field)
+    }
+}
+
+impl TryFrom<TimeFields> for TimeSpec {
+    type Error = String;
+
+    fn try_from(fields: TimeFields) -> Result<Self, String> {
+        let TimeFields { tolerance, first_step, min_step, max_step, end, .. } = fields;
+        let given = [
+            ("tolerance", tolerance),
+            ("first_step", first_step),
+            ("min_step", min_step),
+            ("max_step", max_step),
+        ];
+        let (step, adaptive) = match fields.step {
+            StepField::Fixed(step) => match given.iter().find(|(_, given)| given.is_some()) {
+                Some((key, _)) => return Err(format!("`{key}` goes with step = \"adaptive\" alone")),
+                None => (step, None),
+            },
+            StepField::Adaptive => {
+                let tolerance = tolerance.ok_or("step = \"adaptive\" needs a `tolerance`")?;
+                let adaptive = AdaptiveSpec { tolerance, first_step, min_step, max_step };
+                (first_step.unwrap_or(FIRST * end), Some(adaptive))
+            }
+        };
+        Ok(Self {
+            step,
+            adaptive,
+            end,
+            theta: fields.theta,
+            allow_unproved_theta: fields.allow_unproved_theta,
+            activation: fields.activation,
+            gap_tolerance: fields.gap_tolerance,
+            velocity_tolerance: fields.velocity_tolerance,
+        })
+    }
+}
