@@ -91,6 +91,9 @@ impl<T: Scalar> SparseCholesky<T> {
         if u32::try_from(n).is_err() {
             return Err(backend(format!("{n} unknowns are more than 2³²")));
         }
+        if n == 0 {
+            return Ok(Self::empty());
+        }
         let (order, first_last) = elimination_order(a, last).map_err(backend)?;
         let mut place = vec![0; n];
         order.iter().enumerate().for_each(|(at, &unknown)| place[unknown] = at);
@@ -109,6 +112,24 @@ impl<T: Scalar> SparseCholesky<T> {
         let mut values = vec![T::zero(); symbolic.len_val()];
         numeric(&lower, symbolic, &mut values)?;
         Ok(Self::from_parts(order, place, symbolic, values, first_last))
+    }
+
+    /// The factors of the operator over no unknown.
+    fn empty() -> Self {
+        Self {
+            order: Vec::new(),
+            place: Vec::new(),
+            supernodes: Vec::new(),
+            runs: Vec::new(),
+            values: Vec::new(),
+            pivot_ratio: T::one(),
+            last_supernode: 0,
+            last_place: 0,
+            x: Vec::new(),
+            ahead: Vec::new(),
+            product: Vec::new(),
+            sums: Vec::new(),
+        }
     }
 
     fn from_parts(
@@ -282,9 +303,6 @@ fn elimination_order<T: Scalar>(
     last: &[usize],
 ) -> Result<(Vec<usize>, usize), String> {
     let n = a.size();
-    if n == 0 {
-        return Ok((Vec::new(), 0));
-    }
     let mut is_last = vec![false; n];
     last.iter().for_each(|&unknown| is_last[unknown] = true);
     let tied: Vec<usize> = (0..n).filter(|&unknown| is_last[unknown]).take(MOST_TIED).collect();
