@@ -73,8 +73,9 @@ enum Verdict {
 
 fn verdict(samples: &Samples, rounding: f64) -> Verdict {
     let c = TABLE.transform.map(|row| row.iter().zip(samples).map(|(t, f)| t * f).sum::<f64>());
-    // What the interpolant leaves out, from the decay of its last coefficients.
-    let tail = c[DEGREE - 3..].iter().fold(0.0_f64, |tail, c| tail.max(c.abs())) * DEGREE as f64;
+    // What the interpolant leaves out, from the decay of its last coefficients: nothing where they are rounding.
+    let tail = c[DEGREE - 3..].iter().fold(0.0_f64, |tail, c| tail.max(c.abs()));
+    let tail = if tail <= rounding { 0.0 } else { tail * DEGREE as f64 };
     let rest: f64 = c[1..].iter().map(|c| c.abs()).sum();
     if c[0] - rest - tail >= -rounding {
         return Verdict::Clear;

@@ -228,10 +228,13 @@ where
                 continue;
             };
             held.iter_mut().zip(modes).for_each(|(held, mode)| held.mode = mode);
+            // A contact that opens, but approaches by rounding, does not approach.
+            let approaching = held.iter().zip(&u).filter(|(held, u)| held.mode != Mode::Open || u[0] < 0.0);
+            let corrected: Vec<Held> = approaching.map(|(&held, _)| held).collect();
             held.retain(|held| held.mode != Mode::Open);
             self.record_changes(&held);
             self.held = held;
-            return self.project();
+            return self.project(&corrected);
         }
     }
 
@@ -346,37 +349,32 @@ where
     }
 
     /// Moves (q, v), in the metric of M, to g = 0, u_N = 0, and u_T = 0 where a contact sticks: by rounding.
-    fn project(&mut self) -> Result<(), EventFailure> {
-        if self.held.is_empty() {
+    fn project(&mut self, contacts: &[Held]) -> Result<(), EventFailure> {
+        let count = contacts.len();
+        if count == 0 {
             return Ok(());
         }
-        let count = self.held.len();
         let zeros = vec![SVector::zeros(); count];
-        let frame = self.dynamics.frame(self.held.iter().map(|held| held.id), &self.q)?;
-        let mut b = DVector::zeros(count * D);
+        let frame = self.dynamics.frame(contacts.iter().map(|held| held.id), &self.q)?;
+        let mut gaps = DVector::zeros(count * D);
         for candidate in self.dynamics.candidates(&self.q, f64::INFINITY)? {
-            if let Some(i) = self.held.iter().position(|held| held.id == candidate.id) {
-                b[i * D] = candidate.gap;
+            if let Some(i) = contacts.iter().position(|held| held.id == candidate.id) {
+                gaps[i * D] = candidate.gap;
             }
         }
+        // The correction of a contact that may slide is normal: it has no friction.
         let correct = |x: &mut [f64], b: DVector<f64>, modes: &[Mode]| {
-            let friction =
-                self.held.iter().map(|held| if D == 2 { held.friction.max(f64::MIN_POSITIVE) } else { 0.0 });
-            let local = Local::<D> { w: frame.w.clone(), b, friction: friction.collect() };
+            let friction = modes.iter().map(|mode| if *mode == Mode::Stick { 1.0 } else { 0.0 }).collect();
+            let local = Local::<D> { w: frame.w.clone(), b, friction };
             if let Some(found) = local.with_modes(modes, &zeros, &vec![1.0; count]) {
                 let flat = DVector::from_iterator(count * D, found.p.iter().flat_map(|p| p.iter().copied()));
                 axpy(x, 1.0, (&frame.inverse * flat).as_slice());
             }
         };
-        // Without friction the correction of a sliding contact is normal.
-        let normal = vec![Mode::Slide(0.0); count];
-        correct(&mut self.q, b, &normal);
+        correct(&mut self.q, gaps, &vec![Mode::Slide(1.0); count]);
         let u = &frame.h * DVector::from_column_slice(&self.v);
-        let modes: Vec<Mode> = self
-            .held
-            .iter()
-            .map(|held| if held.mode == Mode::Stick { Mode::Stick } else { Mode::Slide(0.0) })
-            .collect();
+        let mode = |held: &Held| if held.mode == Mode::Stick { Mode::Stick } else { Mode::Slide(1.0) };
+        let modes: Vec<Mode> = contacts.iter().map(mode).collect();
         correct(&mut self.v, u, &modes);
         Ok(())
     }
@@ -413,7 +411,7 @@ where
         let speed = self.speed.max(reach_v);
         let epsilon = f64::EPSILON;
         let rounding = Rounding {
-            gap: 16.0 * epsilon * self.length.max(reach_q),
+            gap: 32.0 * epsilon * self.length.max(reach_q),
             speed: 64.0 * epsilon * speed,
             mean_speed: 128.0 * epsilon * speed,
             acceleration: 1e-12 * (speed * speed / self.length).max(self.largest_acceleration(&piece)),
@@ -424,11 +422,24 @@ where
         let crossing = first_crossing(&mut events, h)?;
         let event = crossing.map(|(tau, i)| (tau, events.closes(i)));
         let tau = event.map_or(h, |(tau, _)| tau);
+        let piece = if tau > 0.0 && tau < 0.25 * h { self.shorter(piece, tau)? } else { piece };
         self.advance(*piece, tau, if event.is_none() && h == remaining { Some(smooth) } else { None });
         if event.is_none() {
-            self.project()?;
+            let held = std::mem::take(&mut self.held);
+            self.project(&held)?;
+            self.held = held;
         }
         Ok(event.map(|(_, closing)| closing))
+    }
+
+    /// The piece made again for its beginning alone, whose digits are then those of its length.
+    fn shorter(&mut self, piece: Box<Piece>, tau: f64) -> Result<Box<Piece>, EventFailure> {
+        let state = (self.time, &*self.q, &*self.v);
+        let tolerances = (self.settings.tolerance, self.speed);
+        match step(&mut self.dynamics, &self.held, state, self.totals, tau, tolerances)? {
+            Tried::Accepted(shorter, _) => Ok(shorter),
+            Tried::Rejected(_) => Ok(piece),
+        }
     }
 
     fn largest_acceleration(&self, piece: &Piece) -> f64 {

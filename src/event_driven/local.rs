@@ -221,10 +221,12 @@ impl<const D: usize> Local<D> {
             };
             self.b[row].abs() + exact.iter().enumerate().map(term).sum::<f64>()
         };
+        // b itself is a difference of larger numbers.
+        let rounding = 64.0 * f64::EPSILON * self.b.amax();
         let (mut worst, mut flip) = (tolerance, None);
         let mut consider = |miss: f64, size: f64, i: usize, mode: Mode| {
-            if miss > worst * size {
-                (worst, flip) = (miss / size, Some((i, mode)));
+            if miss > rounding + worst * size {
+                (worst, flip) = ((miss - rounding) / size, Some((i, mode)));
             }
         };
         for i in 0..modes.len() {
@@ -233,7 +235,7 @@ impl<const D: usize> Local<D> {
             let (normal, tangential) = (size(i, 0), size(i, D - 1));
             let (weight, drag) =
                 (exact[i][0] * self.diagonal(i, 0), exact[i][D - 1] * self.diagonal(i, D - 1));
-            if modes[i] != Mode::Open && w[i][0].abs() > TOLERABLE * normal {
+            if modes[i] != Mode::Open && w[i][0].abs() > rounding + TOLERABLE * normal {
                 return None;
             }
             match modes[i] {
@@ -246,7 +248,7 @@ impl<const D: usize> Local<D> {
                     consider(-w[i][0], normal, i, closed);
                 }
                 Mode::Stick => {
-                    if w[i][D - 1].abs() > TOLERABLE * tangential {
+                    if w[i][D - 1].abs() > rounding + TOLERABLE * tangential {
                         return None;
                     }
                     let limit = self.friction[i] * exact[i][0] * self.diagonal(i, D - 1);

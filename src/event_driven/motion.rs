@@ -1,5 +1,7 @@
 //! The motion found: pieces with dense output, impacts, changes of mode.
 
+use std::fmt;
+
 use super::piece::{Piece, Totals};
 use crate::contact::ContactId;
 use crate::energy::{Balance, Energies};
@@ -56,7 +58,7 @@ pub struct ImpactEvent {
 }
 
 /// The motion of a system over [`start`](Self::start) … [`end`](Self::end).
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub struct Motion {
     pub(super) pieces: Vec<Piece>,
     pub(super) impacts: Vec<ImpactEvent>,
@@ -67,6 +69,18 @@ pub struct Motion {
     pub(super) constant_force: Vec<f64>,
     /// The state reached, which stands at the end.
     pub(super) last: Piece,
+}
+
+impl fmt::Debug for Motion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { pieces, impacts, changes, .. } = self;
+        let (start, end) = (self.start(), self.end());
+        let (pieces, impacts, changes) = (pieces.len(), impacts.len(), changes.len());
+        write!(
+            f,
+            "Motion {{ {start}..{end} s, {pieces} pieces, {impacts} impacts, {changes} changes of mode }}"
+        )
+    }
 }
 
 impl Motion {
