@@ -38,6 +38,9 @@ pub(super) struct WithModes<const D: usize> {
     pub(super) redundant: bool,
 }
 
+/// Percussions, or forces, and the modes they belong to.
+pub(super) type Solved<const D: usize> = (Vec<SVector<f64, D>>, Vec<Mode>);
+
 impl<const D: usize> Local<D> {
     /// Number of contacts.
     pub(super) fn contacts(&self) -> usize {
@@ -117,7 +120,7 @@ impl<const D: usize> Local<D> {
         &self,
         solver: &mut V,
         slip: &[Option<f64>],
-    ) -> Result<Option<(Vec<SVector<f64, D>>, Vec<Mode>)>, EventFailure> {
+    ) -> Result<Option<Solved<D>>, EventFailure> {
         let m = self.contacts();
         let zero = vec![SVector::<f64, D>::zeros(); m];
         let normal = (0..m).map(|i| self.b[i * D].abs()).fold(0.0, f64::max);
@@ -181,12 +184,7 @@ impl<const D: usize> Local<D> {
 
     /// The exact solution near `p`, by correcting the modes one at a time. Where that does not end, the exact solution
     /// of the modes that were given, if it misses their inequalities by no more than a solver may.
-    fn refine(
-        &self,
-        p: &[SVector<f64, D>],
-        modes: Vec<Mode>,
-        slip: &[Option<f64>],
-    ) -> Option<(Vec<SVector<f64, D>>, Vec<Mode>)> {
+    fn refine(&self, p: &[SVector<f64, D>], modes: Vec<Mode>, slip: &[Option<f64>]) -> Option<Solved<D>> {
         let first = modes.clone();
         let mut modes = modes;
         for _ in 0..8 * modes.len() + 8 {

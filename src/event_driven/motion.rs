@@ -91,7 +91,7 @@ impl Motion {
 
     /// Where it ends (s).
     pub fn end(&self) -> f64 {
-        self.last.start
+        self.last.end
     }
 
     /// Number of degrees of freedom n.
@@ -186,7 +186,7 @@ impl Motion {
 
     /// The piece that begins last, at or before `time`, and the time since.
     fn after(&self, time: f64) -> (&Piece, f64) {
-        if time >= self.last.start {
+        if time >= self.last.end {
             return (&self.last, 0.0);
         }
         let count = self.pieces.partition_point(|piece| piece.start <= time);
