@@ -19,7 +19,7 @@ use crate::system::{MechanicalSystem, Scales};
 const THETA: f64 = 0.5;
 
 /// Most events at one time that are neither impacts nor progress.
-const MOST_AT_ONCE: usize = 12;
+const MOST_AT_ONCE: usize = 14;
 
 /// Largest overlap at the start, relative to the length of the scene.
 const OVERLAP: f64 = 1e-9;
@@ -71,6 +71,7 @@ where
         held: Vec::new(),
         step: f64::INFINITY,
         events: 0,
+        settled: f64::NEG_INFINITY,
         stalled: 0,
         motion,
     };
@@ -143,6 +144,8 @@ struct Integrator<'s, S, L, V, const D: usize> {
     /// Length the next step may have (s).
     step: f64,
     events: usize,
+    /// When the modes were last settled.
+    settled: f64,
     /// Events since the time last moved on.
     stalled: usize,
     motion: Motion,
@@ -185,7 +188,7 @@ where
         for candidate in self.dynamics.candidates(&self.q, f64::INFINITY)? {
             if candidate.gap <= tolerance || Some(candidate.id) == closing {
                 let (id, interface) = (candidate.id, candidate.interface);
-                closed.push(Held { id, interface, friction: 0.0, mode: Mode::Open });
+                closed.push(Held { id, interface, friction: 0.0, mode: Mode::Open, reference: [0.0; 2] });
             }
         }
         for held in &mut closed {
@@ -231,9 +234,12 @@ where
             // A contact that opens, but approaches by rounding, does not approach.
             let approaching = held.iter().zip(&u).filter(|(held, u)| held.mode != Mode::Open || u[0] < 0.0);
             let corrected: Vec<Held> = approaching.map(|(&held, _)| held).collect();
-            held.retain(|held| held.mode != Mode::Open);
+            let (mut held, slip): (Vec<Held>, Vec<Option<f64>>) =
+                held.into_iter().zip(slip).filter(|(held, _)| held.mode != Mode::Open).unzip();
+            self.share(&mut held, &slip)?;
             self.record_changes(&held);
             self.held = held;
+            self.settled = self.time;
             return self.project(&corrected);
         }
     }
@@ -328,14 +334,31 @@ where
         let Some((p, _)) = local.solve(&mut self.solver, slip)? else { return Ok(None) };
         let flat = DVector::from_iterator(p.len() * D, p.iter().flat_map(|p| p.iter().copied()));
         let a = DVector::from_vec(free) + &frame.inverse * flat;
-        // Repeated events at one time look further ahead each time.
+        // Events in quick succession look less far ahead, repeated ones at the same time further each time.
         let period = self.step.min(self.length / self.speed);
-        let ahead = 1e-6 * period * 10f64.powi(self.stalled.min(4) as i32);
+        let period = period.min((self.time - self.settled).max(1e-8 * period));
+        let ahead = 1e-6 * period * 10f64.powi(self.stalled.min(MOST_AT_ONCE) as i32);
         axpy(&mut q, ahead, &v);
         axpy(&mut q, 0.5 * ahead * ahead, a.as_slice());
         axpy(&mut v, ahead, a.as_slice());
         let (local, ..) = self.dynamics.contact_accelerations(self.time + ahead, &q, &v, touching)?;
         Ok(local.solve(&mut self.solver, slip)?.map(|(_, modes)| modes))
+    }
+
+    /// Gives redundant contacts forces to stay near where their simple sharing would make one slide that need not.
+    fn share(&mut self, held: &mut [Held], slip: &[Option<f64>]) -> Result<(), EventFailure> {
+        if !held.iter().any(|held| held.mode == Mode::Stick) {
+            return Ok(());
+        }
+        let (local, ..) = self.dynamics.contact_accelerations(self.time, &self.q, &self.v, held)?;
+        let modes: Vec<Mode> = held.iter().map(|held| held.mode).collect();
+        if local.shares_badly(&modes)
+            && let Some(forces) = local.inmost(&mut self.solver, slip, &modes)
+        {
+            let pair = |p: &SVector<f64, D>| [p[0], if D == 2 { p[D - 1] } else { 0.0 }];
+            held.iter_mut().zip(&forces).for_each(|(held, p)| held.reference = pair(p));
+        }
+        Ok(())
     }
 
     fn record_changes(&mut self, held: &[Held]) {
