@@ -46,12 +46,12 @@
 //!
 //! # Limits
 //!
-//! Contacts of dimension 1 and 2; no joints, no configuration-dependent mass, no prescribed degrees of freedom. All is dense
-//! in the closed contacts, every candidate is looked at, and steps follow the highest frequency of the system: made for
-//! tens of degrees of freedom. Of redundant contacts that stick the forces are not unique: they are kept inside the cones
-//! as long as the cone problem says that this can be; piles of many redundant contacts may end in
-//! [`EventFailure::Stalled`]. Contacts between polygons whose features change are found
-//! where they change, to 1e-12 of a step. A graze, a friction force that touches its cone, is decided by rounding.
+//! Contacts of dimension 1 and 2; no joints, no configuration-dependent mass, no prescribed degrees of freedom: these are
+//! refused. All is dense in the closed contacts, every candidate is looked at, and steps follow the highest frequency of
+//! the system: made for tens of degrees of freedom. Of redundant contacts that stick the forces are not unique: they are
+//! kept inside the cones as long as the cone problem says that this can be; piles of many redundant contacts may end in
+//! [`EventFailure::Stalled`]. Contacts between polygons whose features change are found where they change, to 1e-12 of a
+//! step. A graze, or a friction force that touches its cone, is decided by rounding.
 
 mod collocation;
 mod crossing;
