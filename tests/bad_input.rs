@@ -6,7 +6,9 @@ use nonsmooth::laws::{self, ContactLaw, Evaluation, Fremond, LawError, NewtonCou
 use nonsmooth::linalg::{FactorError, OperatorError, Symmetric};
 use nonsmooth::scheme::{Activation, Settings, SetupError, StepError, ThetaScheme};
 use nonsmooth::solver::{self, ConeSolver, SOLVERS, SolveError, Stopping, StoppingError, UnknownSolver};
-use nonsmooth::system::{Body, Forces, Lagrangian, RigidBodies, SmoothGap, SystemError};
+use nonsmooth::system::{
+    Body, Forces, Lagrangian, MechanicalSystem, RigidBodies, Signal, SmoothGap, SystemError,
+};
 
 const NOT_FINITE: [f64; 3] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
 
@@ -409,4 +411,24 @@ fn a_law_of_the_user_that_gives_no_problem_is_refused() {
         assert!(error.to_string().contains(&shift.to_string()), "{error}");
     }
     assert!(NewtonCoulomb::new(-0.1, 0.5).is_err() && NewtonCoulomb::new(0.5, f64::NAN).is_err());
+}
+
+#[test]
+fn springs_dampers_and_loads_refuse_numbers_out_of_range() {
+    let mut builder = RigidBodies::<f64>::builder();
+    let body = builder.body("ball", Body { mass: 1.0, inertia: 1.0 }).expect("positive");
+    for x in [-1.0, f64::NAN, f64::INFINITY] {
+        let refused = |result| matches!(result, Err(SystemError::OutOfRange { .. }));
+        assert!(refused(builder.spring(body, [0.0, x, 0.0])) && refused(builder.damper(body, [0.0, 0.0, x])));
+        let sine = Signal::Sine { frequency: x, phase: 0.0 };
+        assert!(refused(builder.load(body, [1.0, 0.0], 0.0, sine)), "a frequency of {x}");
+        if !x.is_finite() {
+            assert!(refused(builder.load(body, [x, 0.0], 0.0, Signal::Ramp { start: 0.0, end: 1.0 })));
+        }
+    }
+    // What was refused left nothing behind.
+    let system = builder.build().expect("a body");
+    assert!(MechanicalSystem::<f64, 1>::stiffness(&system).is_none());
+    assert!(MechanicalSystem::<f64, 1>::damping(&system).is_none());
+    assert!(!MechanicalSystem::<f64, 1>::forces(&system).varies());
 }

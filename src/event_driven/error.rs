@@ -88,7 +88,7 @@ pub enum EventFailure {
         /// Time since the start of the piece (s).
         after: f64,
     },
-    /// Events follow each other without the time moving on.
+    /// Events follow each other without the time moving on: the modes of redundant contacts do not settle.
     #[error("{count} events without progress in time")]
     Stalled {
         /// How many.

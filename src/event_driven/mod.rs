@@ -25,7 +25,8 @@
 //! the event (1e-6 of a step), as at the event itself two modes are possible. With the modes fixed λ is the solution of a
 //! linear system, and the motion that of an ordinary differential equation of index 1 (Acary & Brogliato 2008, ch. 8,
 //! doi:10.1007/978-3-540-75392-6), whose drift from g = 0, u_N = 0 and, sticking, u_T = 0 is projected away after every
-//! step. Redundant contacts share what is not determined in proportion to the normal forces.
+//! step. Redundant contacts share what is not determined in proportion to the normal forces, or stay near the forces that
+//! the least friction sustains.
 //!
 //! Where no finite force keeps a sliding contact closed (Painlevé) there is an impact without collision: the law of
 //! impact with an infinitesimal approach (Génot & Brogliato 1999, doi:10.1016/S0997-7538(99)00144-8).
@@ -45,11 +46,12 @@
 //!
 //! # Limits
 //!
-//! Contacts of dimension 1 and 2; no joints, no configuration-dependent mass, no prescribed degrees of freedom. All is dense
-//! in the closed contacts, every candidate is looked at, and steps follow the highest frequency of the system: made for
-//! tens of degrees of freedom. Where several contacts are redundant and of different friction or direction, when they
-//! begin to slide is decided by the sharing of forces above. Contacts between polygons whose features change are found
-//! where they change, to 1e-12 of a step. A graze, a friction force that touches its cone, is decided by rounding.
+//! Contacts of dimension 1 and 2; no joints, no configuration-dependent mass, no prescribed degrees of freedom: these are
+//! refused. All is dense in the closed contacts, every candidate is looked at, and steps follow the highest frequency of
+//! the system: made for tens of degrees of freedom. Of redundant contacts that stick the forces are not unique: they are
+//! kept inside the cones as long as the cone problem says that this can be; piles of many redundant contacts may end in
+//! [`EventFailure::Stalled`]. Contacts between polygons whose features change are found where they change, to 1e-12 of a
+//! step. A graze, or a friction force that touches its cone, is decided by rounding.
 
 mod collocation;
 mod crossing;
@@ -61,6 +63,7 @@ mod legendre;
 mod local;
 mod motion;
 mod piece;
+mod settle;
 
 pub use error::{EventError, EventFailure};
 pub use integrate::integrate;
