@@ -57,7 +57,7 @@ pub(crate) fn save() -> Result<String, Box<dyn std::error::Error>> {
     measure("arch, t/R = 0.12", &mut stands, 2000, &mut table)?;
     let mut falls = masonry::arch::<f64>(&choice, 0.10, voussoirs, 1e-3, 1e-8)?;
     measure("arch, t/R = 0.10, falling", &mut falls, 700, &mut table)?;
-    let mut stack = stacks::stack::<f64>(&choice, 10, 1.0, 1e-3, 1e-10)?;
+    let mut stack = stacks::stack::<f64>(&choice, 10, 1.0, (0.5, 1e-3), 1e-10)?;
     measure("stack of ten squares", &mut stack, 2000, &mut table)?;
     let links = 1000;
     let mut chain = stacks::hanging::<f64>(&choice, links, 1e-3, 1e-11)?;

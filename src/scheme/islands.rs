@@ -9,7 +9,7 @@ use nalgebra::SVector;
 
 use crate::cone::{BlockMatrix, ConeProblem};
 use crate::scalar::Scalar;
-use crate::solver::{ConeSolver, Solution, SolveError};
+use crate::solver::{Accuracy, ConeSolver, Solution, SolveError};
 
 /// Problems up to this many contacts are solved whole: to split them costs what it saves.
 pub(super) const WORTH_SPLITTING: usize = 16;
@@ -81,7 +81,7 @@ impl<T: Scalar, const D: usize> Islands<T, D> {
         ends.len()
     }
 
-    /// Solves the islands found by [`split`](Self::split) one by one.
+    /// Solves the islands found by [`split`](Self::split) one by one. Of their floors the largest is told.
     ///
     /// # Errors
     /// The number of contacts of the island that was not solved, and why.
@@ -92,7 +92,7 @@ impl<T: Scalar, const D: usize> Islands<T, D> {
         r: &mut [SVector<T, D>],
         solver: &mut impl ConeSolver<T, D>,
     ) -> Result<Solution<T>, (usize, SolveError)> {
-        let (mut iterations, mut first) = (0, 0);
+        let (mut iterations, mut first, mut worst) = (0, 0, None);
         for &end in &self.ends {
             let island = &self.order[first..end];
             let (w, b, friction) = self.problem.parts_mut();
@@ -107,19 +107,25 @@ impl<T: Scalar, const D: usize> Islands<T, D> {
                 friction.push(whole.friction()[contact]);
                 self.start.push(start[contact]);
             }
+            self.problem.take_bodies(whole, island);
             self.percussions.clear();
             self.percussions.extend_from_slice(&self.start);
             // Written so that a NaN goes to the solver, which refuses it by name.
             let kept = self.problem.residual(&self.start).scaled <= solver.stopping().tolerance;
             if !kept {
                 let solved = solver.solve(&self.problem, &self.start, &mut self.percussions);
-                iterations += solved.map_err(|error| (island.len(), error))?.iterations;
+                let solution = solved.map_err(|error| (island.len(), error))?;
+                iterations += solution.iterations;
+                if let Accuracy::Rounding { floor } = solution.accuracy {
+                    worst = Some(worst.map_or(floor, |worst: T| worst.max(floor)));
+                }
             }
             for (&contact, &percussion) in island.iter().zip(&self.percussions) {
                 r[contact] = percussion;
             }
             first = end;
         }
-        Ok(Solution { iterations, residual: whole.residual(r) })
+        let accuracy = worst.map_or(Accuracy::Tolerance, |floor| Accuracy::Rounding { floor });
+        Ok(Solution { iterations, residual: whole.residual(r), accuracy })
     }
 }

@@ -176,12 +176,14 @@ where
         if contacts == 0 {
             return Ok(None);
         }
-        let Self { problem, islands, warm_start, percussions, solver, .. } = self;
+        let Self { problem, islands, warm_start, percussions, solver, jacobian, .. } = self;
+        problem.exchange_jacobian(jacobian);
         let solved = if contacts > WORTH_SPLITTING && islands.split(problem.delassus()) > 1 {
             islands.solve(problem, warm_start, percussions, solver)
         } else {
             solver.solve(problem, warm_start, percussions).map_err(|source| (contacts, source))
         };
+        problem.exchange_jacobian(jacobian);
         solved.map(Some).map_err(|(contacts, source)| {
             let (step, time) = self.place();
             StepError::Solve { step, time, contacts, source }

@@ -121,6 +121,10 @@ where
         }
         let tolerances = tolerances(&settings.activation, solver.stopping().tolerance, &system, &q, &v)?;
         let joints = Joints::new(system.joint_rows(), n);
+        let mut problem = ConeProblem::default();
+        if let (Factor::Diagonal(inverse), true, None) = (&factor, joints.is_empty(), &nonlinear) {
+            problem.know_bodies(inverse.as_slice().into());
+        }
         Ok(Self {
             system,
             laws,
@@ -145,7 +149,7 @@ where
             next,
             candidates: Vec::new(),
             jacobian: BlockRows::new(),
-            problem: ConeProblem::default(),
+            problem,
             warm_start: Vec::new(),
             percussions: Vec::new(),
         })

@@ -56,6 +56,21 @@ pub struct Solution<T> {
     pub iterations: usize,
     /// Residual of the percussions returned.
     pub residual: Residual<T>,
+    /// Whether that is the tolerance asked for, or all that percussions of this precision can reach.
+    pub accuracy: Accuracy<T>,
+}
+
+/// What a solution was accepted by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Accuracy<T> {
+    /// The scaled residual is within the tolerance.
+    Tolerance,
+    /// The tolerance lies below what rounding of the percussions leaves, [`ConeProblem::floor`]; the scaled residual is
+    /// within that. Large percussions that nearly cancel make it so: light bodies between heavy ones.
+    Rounding {
+        /// The floor (dimensionless).
+        floor: T,
+    },
 }
 
 /// Why a cone problem was not solved.
@@ -174,10 +189,19 @@ pub trait ConeSolver<T: Scalar, const D: usize>: Debug + Send {
                 Err(Breakdown { iterations, message }) => (iterations, Some(message)),
             }
         };
-        let residual = problem.residual(r);
-        // Written so that a NaN residual fails.
+        let mut residual = problem.residual(r);
+        // Both tests are written so that a NaN residual fails.
         if residual.scaled <= stopping.tolerance {
-            return Ok(Solution { iterations, residual });
+            return Ok(Solution { iterations, residual, accuracy: Accuracy::Tolerance });
+        }
+        // Not to be confused with the rounding of its own evaluation.
+        residual = problem.precise_residual(r);
+        if residual.scaled <= stopping.tolerance {
+            return Ok(Solution { iterations, residual, accuracy: Accuracy::Tolerance });
+        }
+        let floor = problem.floor(r);
+        if residual.scaled <= floor {
+            return Ok(Solution { iterations, residual, accuracy: Accuracy::Rounding { floor } });
         }
         Err(SolveError::NotConverged {
             solver: self.name(),
