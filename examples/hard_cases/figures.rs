@@ -63,9 +63,12 @@ pub(crate) fn save() -> Result<String, Box<dyn std::error::Error>> {
     let mut chain = stacks::hanging::<f64>(&choice, links, 1e-3, 1e-11)?;
     measure("chain of 1,000 links", &mut chain, 1000, &mut table)?;
 
-    for resting in [0, 1000] {
-        let mut scene = stacks::disc_among_squares::<f64>(&choice, resting, 1e-3)?;
-        measure(&format!("a bouncing disc, {resting} squares at rest"), &mut scene, 2000, &mut table)?;
+    for (resting, sleep) in [(0, false), (1000, false), (1000, true), (10_000, true)] {
+        let mut scene = stacks::disc_among_squares::<f64>(&choice, resting, sleep, 1e-3)?;
+        // The steps in which they fall asleep are not counted.
+        drive(&mut scene, 20, &mut Outcome::default(), |_| ())?;
+        let how = if sleep { ", asleep" } else { "" };
+        measure(&format!("a bouncing disc, {resting} squares at rest{how}"), &mut scene, 2000, &mut table)?;
     }
 
     let mut forces: Vec<f64> = chain.last_step().contacts.iter().map(|c| c.percussion[0] / 1e-3).collect();

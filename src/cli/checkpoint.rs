@@ -10,7 +10,7 @@ use nonsmooth::scheme::Snapshot;
 use serde::{Deserialize, Serialize};
 
 /// Layout of the file; another one is refused.
-const LAYOUT: u32 = 1;
+const LAYOUT: u32 = 2;
 
 /// The place of a run: everything the rest of it depends on.
 #[derive(Serialize, Deserialize)]

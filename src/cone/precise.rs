@@ -10,20 +10,23 @@
 //!   changes forces by 1e-7. It is avoided by summing body by body, w = H (M̂⁻¹ (Hᵀ r)) + b: what acts on a body cancels
 //!   there, and action equals reaction to the last digit.
 
-use std::sync::Arc;
-
 use nalgebra::SVector;
 
 use super::{ConeProblem, Residual};
 use crate::linalg::{BlockRows, Compensated};
 use crate::scalar::{Scalar, epsilon, lit};
 
-/// H and the inverse of a diagonal M̂, beside the W formed of them.
+/// H and the reciprocals of a diagonal M̂, beside the W formed of them; empty while their owner has them.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Bodies<T: Scalar, const D: usize> {
-    /// Empty while the owner of H has it.
     rows: BlockRows<T, D>,
-    inverse: Arc<[T]>,
+    inverse: Vec<T>,
+}
+
+impl<T: Scalar, const D: usize> Default for Bodies<T, D> {
+    fn default() -> Self {
+        Self { rows: BlockRows::new(), inverse: Vec::new() }
+    }
 }
 
 /// Multiple of the floor below which the evaluation of a residual is in doubt: sums of as many terms lose that.
@@ -47,7 +50,8 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
             // Summed over the bodies as it is.
             return self.visit_velocities(r, visit);
         }
-        let Some(Bodies { rows, inverse }) = self.bodies.as_ref().filter(|b| b.rows.rows() == r.len()) else {
+        let Bodies { rows, inverse } = &self.bodies;
+        if inverse.is_empty() || rows.rows() != r.len() {
             for (i, b) in self.b().iter().enumerate() {
                 let mut sums = b.map(Compensated::new);
                 for (j, block) in self.delassus().row(i) {
@@ -58,7 +62,7 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
                 visit(i, sums.map(|sum| sum.value()));
             }
             return;
-        };
+        }
         let mut product = self.scratch.take();
         product.impulses.resize(inverse.len(), Compensated::new(T::zero()));
         let impulses = &mut product.impulses;
@@ -97,7 +101,7 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
         self.measure(r, |visit| w.iter().enumerate().for_each(|(i, &w)| visit(i, w)))
     }
 
-    /// The scaled residual that the rounding of percussions like `r` explains, ε ‖(1+μ)(|W||r| + |b|)‖₂ / ‖b‖₂: twice
+    /// The scaled residual that the rounding of percussions like `r` explains, ε ‖|W||r| + |b|‖₂ / ‖b‖₂: twice
     /// what half a unit in the last place of every number can make. Below it no solver can be asked to go.
     ///
     /// It is 0, an excuse for nothing, where it would exceed ε^⅖ (5e-7, in single precision 2e-3), and in factored form.
@@ -106,10 +110,10 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
             return T::zero();
         }
         let mut square = T::zero();
-        for (i, (b, &mu)) in self.b().iter().zip(self.friction()).enumerate() {
+        for (i, b) in self.b().iter().enumerate() {
             let mut size = b.abs();
             self.delassus().row(i).for_each(|(j, block)| size += block.abs() * r[j].abs());
-            square += (size * (T::one() + mu)).norm_squared();
+            square += size.norm_squared();
         }
         let floor = epsilon::<T>() * nalgebra::ComplexField::sqrt(square) / self.b_norm();
         if floor <= largest_floor() { floor } else { T::zero() }
@@ -126,31 +130,24 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
         Self::is_near_floor(residual, floor) && self.precise_residual(r).scaled <= floor
     }
 
-    /// Tells the problem of the reciprocals of a diagonal M̂, so that H may be lent.
-    pub(crate) fn know_bodies(&mut self, inverse: Arc<[T]>) {
-        self.bodies = Some(Bodies { rows: BlockRows::new(), inverse });
+    /// Takes the H and the reciprocals of the diagonal M̂ that W was formed of, or gives them back: in exchange for none.
+    pub(crate) fn exchange_bodies(&mut self, jacobian: &mut BlockRows<T, D>, inverse: &mut Vec<T>) {
+        std::mem::swap(&mut self.bodies.rows, jacobian);
+        std::mem::swap(&mut self.bodies.inverse, inverse);
     }
 
-    /// Takes the H that W was formed of, or gives it back: in exchange for the empty one.
-    pub(crate) fn exchange_jacobian(&mut self, jacobian: &mut BlockRows<T, D>) {
-        if let Some(bodies) = &mut self.bodies {
-            std::mem::swap(&mut bodies.rows, jacobian);
-        }
+    /// Takes M̂ of `whole`, or gives it back: a part of a problem has it while it is solved.
+    pub(crate) fn exchange_masses(&mut self, whole: &mut Self) {
+        std::mem::swap(&mut self.bodies.inverse, &mut whole.bodies.inverse);
     }
 
-    /// Takes the rows of the bodies of `whole` for the contacts `contacts`, a part of that problem.
-    pub(crate) fn take_bodies(&mut self, whole: &Self, contacts: &[usize]) {
-        let Some(other) = &whole.bodies else { return };
-        let own = self
-            .bodies
-            .get_or_insert_with(|| Bodies { rows: BlockRows::new(), inverse: other.inverse.clone() });
-        own.rows.clear();
-        if other.rows.rows() != whole.contacts() {
-            return;
-        }
-        for &contact in contacts {
-            own.rows.start_row();
-            other.rows.row(contact).for_each(|(dof, &h)| own.rows.push(dof, h));
+    /// Takes the rows of H of the contacts `contacts` of `whole`, of which this problem is a part; M̂ is exchanged apart.
+    pub(crate) fn take_rows(&mut self, whole: &Self, contacts: &[usize]) {
+        let (own, rows) = (&mut self.bodies.rows, &whole.bodies.rows);
+        own.clear();
+        for &contact in contacts.iter().filter(|&&contact| contact < rows.rows()) {
+            own.start_row();
+            rows.row(contact).for_each(|(dof, &h)| own.push(dof, h));
         }
     }
 }

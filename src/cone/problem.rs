@@ -20,7 +20,7 @@ pub struct ConeProblem<T: Scalar, const D: usize> {
     delassus: OnceLock<BlockMatrix<T, D>>,
     factored: Option<FactoredDelassus<T, D>>,
     /// H and a diagonal M̂ beside a formed W, for products that cancel.
-    pub(super) bodies: Option<Bodies<T, D>>,
+    pub(super) bodies: Bodies<T, D>,
     pub(super) scratch: Scratch<T>,
     b: Vec<SVector<T, D>>,
     friction: Vec<T>,
@@ -131,7 +131,7 @@ impl<T: Scalar, const D: usize> Default for ConeProblem<T, D> {
         Self {
             delassus: BlockMatrix::new().into(),
             factored: None,
-            bodies: None,
+            bodies: Bodies::default(),
             scratch: Scratch::default(),
             b: Vec::new(),
             friction: Vec::new(),

@@ -94,6 +94,9 @@ pub struct TimeSpec {
     /// Accept a θ outside the interval in which a law is proved dissipative.
     #[serde(default)]
     pub allow_unproved_theta: bool,
+    /// Leave bodies at rest out of the steps until something touches them.
+    #[serde(default)]
+    pub sleep: bool,
     /// Rule of the active set.
     #[serde(default)]
     pub activation: ActivationRuleName,

@@ -87,6 +87,19 @@ impl<T: Scalar, const D: usize> Islands<T, D> {
     /// The number of contacts of the island that was not solved, and why.
     pub(super) fn solve(
         &mut self,
+        whole: &mut ConeProblem<T, D>,
+        start: &[SVector<T, D>],
+        r: &mut [SVector<T, D>],
+        solver: &mut impl ConeSolver<T, D>,
+    ) -> Result<Solution<T>, (usize, SolveError)> {
+        self.problem.exchange_masses(whole);
+        let solved = self.solve_each(whole, start, r, solver);
+        self.problem.exchange_masses(whole);
+        solved
+    }
+
+    fn solve_each(
+        &mut self,
         whole: &ConeProblem<T, D>,
         start: &[SVector<T, D>],
         r: &mut [SVector<T, D>],
@@ -107,7 +120,7 @@ impl<T: Scalar, const D: usize> Islands<T, D> {
                 friction.push(whole.friction()[contact]);
                 self.start.push(start[contact]);
             }
-            self.problem.take_bodies(whole, island);
+            self.problem.take_rows(whole, island);
             self.percussions.clear();
             self.percussions.extend_from_slice(&self.start);
             // Written so that a NaN goes to the solver, which refuses it by name.

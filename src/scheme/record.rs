@@ -41,6 +41,15 @@ pub struct ContactStep<T: Scalar, const D: usize> {
     pub tangential_work: T,
 }
 
+impl<T: Scalar, const D: usize> ContactStep<T, D> {
+    /// A contact that did no more than carry `percussion`.
+    pub(super) fn resting(id: ContactId, interface: usize, gap: T, percussion: SVector<T, D>) -> Self {
+        let (zero, none) = (SVector::zeros(), T::zero());
+        let (normal_work, tangential_work) = (none, none);
+        Self { id, interface, gap, before: zero, after: zero, percussion, normal_work, tangential_work }
+    }
+}
+
 /// What a step did.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step<T: Scalar, const D: usize> {

@@ -3,6 +3,7 @@
 use nalgebra::SVector;
 
 use super::nonlinear::Nonlinear;
+use super::rest::{Rest, RestMark};
 use super::{ContactStep, ThetaScheme};
 use crate::contact::ContactId;
 use crate::laws::ContactLaw;
@@ -22,6 +23,7 @@ pub struct Snapshot {
     v: Vec<f64>,
     energies: [f64; 3],
     contacts: Vec<(u64, Vec<f64>)>,
+    rest: Option<RestMark>,
 }
 
 /// A snapshot that is not one of this scheme.
@@ -57,6 +59,7 @@ where
             v: plain(&self.state.v),
             energies: [energies.kinetic, energies.elastic, energies.potential].map(to_f64),
             contacts: self.last.contacts.iter().map(percussion).collect(),
+            rest: self.rest.as_ref().map(Rest::mark),
         }
     }
 
@@ -78,6 +81,11 @@ where
         if !all_finite(snapshot.q.iter().chain(&snapshot.v).chain(percussions.flatten())) {
             return refuse("a number is not finite");
         }
+        if let (Some(rest), Some(mark)) = (&mut self.rest, &snapshot.rest)
+            && rest.restore(mark, self.laws.len(), &snapshot.contacts).is_none()
+        {
+            return refuse("its bodies at rest are others");
+        }
         self.state.index = snapshot.index();
         self.state.time = self.start_time + self.settings.step * lit::<T>(self.state.index as f64);
         self.state.q.iter_mut().zip(&snapshot.q).for_each(|(x, &y)| *x = lit(y));
@@ -91,17 +99,9 @@ where
         }
         let energies = &mut self.last.energies;
         [energies.kinetic, energies.elastic, energies.potential] = snapshot.energies.map(lit);
-        let (zero, none) = (SVector::zeros(), T::zero());
         self.last.contacts.clear();
-        self.last.contacts.extend(snapshot.contacts.iter().map(|(id, p)| ContactStep {
-            id: ContactId(*id),
-            interface: 0,
-            gap: none,
-            before: zero,
-            after: zero,
-            percussion: SVector::from_fn(|i, _| lit(p[i])),
-            normal_work: none,
-            tangential_work: none,
+        self.last.contacts.extend(snapshot.contacts.iter().map(|(id, p)| {
+            ContactStep::resting(ContactId(*id), 0, T::zero(), SVector::from_fn(|i, _| lit(p[i])))
         }));
         Ok(())
     }

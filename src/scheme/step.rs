@@ -6,10 +6,11 @@ use super::islands::WORTH_SPLITTING;
 use super::nonlinear::Start;
 use super::record::Next;
 use super::{ActivationRule, ContactStep, Part, Settings, Step, StepError, ThetaScheme};
+use crate::cone::ConeProblem;
 use crate::contact::{Candidate, ContactId};
 use crate::energy::{Balance, Energies};
 use crate::laws::ContactLaw;
-use crate::linalg::{axpy, dot};
+use crate::linalg::{Factor, axpy, dot};
 use crate::scalar::{Scalar, all_finite, lit, to_f64};
 use crate::solver::{ConeSolver, Solution};
 use crate::system::{MechanicalSystem, Prescribed};
@@ -64,17 +65,28 @@ where
     }
 
     fn find_active_contacts(&mut self) -> Result<(), StepError> {
+        loop {
+            self.list_active_contacts()?;
+            let Self { rest, jacobian, .. } = self;
+            if !rest.as_mut().is_some_and(|rest| rest.wake(jacobian)) {
+                return Ok(());
+            }
+        }
+    }
+
+    fn list_active_contacts(&mut self) -> Result<(), StepError> {
         let h = self.settings.step;
         let (gap_tolerance, velocity_tolerance) = self.tolerances;
         let rule = self.settings.activation.rule;
         self.candidates.clear();
-        if rule == ActivationRule::CurrentGap {
-            self.system.candidates(&self.state.q, gap_tolerance, &mut self.candidates);
-        } else {
-            let Next { scratch, .. } = &mut self.next;
-            scratch.copy_from_slice(&self.state.q);
-            axpy(scratch, h, &self.state.v);
-            self.system.candidates(scratch, gap_tolerance, &mut self.candidates);
+        let Self { system, state, next: Next { scratch, .. }, rest, candidates, .. } = self;
+        scratch.copy_from_slice(&state.q);
+        if rule != ActivationRule::CurrentGap {
+            axpy(scratch, h, &state.v);
+        }
+        match rest {
+            Some(rest) => system.awake_candidates(scratch, gap_tolerance, rest.asleep(), candidates),
+            None => system.candidates(scratch, gap_tolerance, candidates),
         }
         self.candidates.sort_unstable_by_key(|candidate| candidate.id);
         self.jacobian.clear();
@@ -101,19 +113,9 @@ where
                 self.jacobian.truncate(row);
                 continue;
             }
-            let zero = SVector::zeros();
-            let (normal_work, tangential_work) = (T::zero(), T::zero());
-            let (after, percussion) = (zero, zero);
-            self.next.contacts.push(ContactStep {
-                id,
-                interface,
-                gap,
-                before,
-                after,
-                percussion,
-                normal_work,
-                tangential_work,
-            });
+            let contact =
+                ContactStep { before, ..ContactStep::resting(id, interface, gap, SVector::zeros()) };
+            self.next.contacts.push(contact);
         }
         Ok(())
     }
@@ -176,14 +178,24 @@ where
         if contacts == 0 {
             return Ok(None);
         }
-        let Self { problem, islands, warm_start, percussions, solver, jacobian, .. } = self;
-        problem.exchange_jacobian(jacobian);
+        let Self { problem, islands, warm_start, percussions, solver, jacobian, factor, joints, .. } = self;
+        // Of bodies that nothing but contacts couples the solver may see H and M̂.
+        let mut bodies = match factor {
+            Factor::Diagonal(inverse) if joints.is_empty() => Some((jacobian, inverse)),
+            _ => None,
+        };
+        let mut exchange = |problem: &mut ConeProblem<T, D>| {
+            if let Some((jacobian, inverse)) = &mut bodies {
+                problem.exchange_bodies(jacobian, inverse);
+            }
+        };
+        exchange(problem);
         let solved = if contacts > WORTH_SPLITTING && islands.split(problem.delassus()) > 1 {
             islands.solve(problem, warm_start, percussions, solver)
         } else {
             solver.solve(problem, warm_start, percussions).map_err(|source| (contacts, source))
         };
-        problem.exchange_jacobian(jacobian);
+        exchange(problem);
         solved.map(Some).map_err(|(contacts, source)| {
             let (step, time) = self.place();
             StepError::Solve { step, time, contacts, source }
@@ -272,7 +284,7 @@ where
     }
 
     fn accept(&mut self, solution: Option<Solution<T>>, energies: Energies<T>, balance: Balance<T>) {
-        let Self { state, next, last, .. } = self;
+        let Self { system, state, next, last, rest, jacobian, .. } = self;
         if let Some(nonlinear) = &mut self.nonlinear {
             nonlinear.accept();
         }
@@ -280,14 +292,20 @@ where
         std::mem::swap(&mut state.v, &mut next.v);
         next.momentum.swap(0, 1);
         next.elastic_force.swap(0, 1);
+        state.index += 1;
+        // By multiplication, so that the clock does not drift over many steps.
+        state.time = self.start_time + self.settings.step * lit::<T>(state.index as f64);
+        (last.energies, last.balance, last.solution) = (energies, balance, solution);
+        if let Some(rest) = rest {
+            rest.merge(&next.contacts, &mut last.contacts);
+            let moving = (&mut *state.v, &mut *next.momentum[0]);
+            rest.settle(system.mass(), moving, &next.contacts, jacobian, state.index);
+            return;
+        }
         std::mem::swap(&mut last.contacts, &mut next.contacts);
         // The two lists take turns: both grow now, or the next contact would find the smaller one.
         next.contacts.clear();
         next.contacts.reserve(last.contacts.len());
-        (last.energies, last.balance, last.solution) = (energies, balance, solution);
-        state.index += 1;
-        // By multiplication, so that the clock does not drift over many steps.
-        state.time = self.start_time + self.settings.step * lit::<T>(state.index as f64);
     }
 
     /// Number of the step being made, and the time at its end.

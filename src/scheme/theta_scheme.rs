@@ -8,6 +8,7 @@ use super::joints::Joints;
 use super::kept::{Kept, constant_rows};
 use super::nonlinear::Nonlinear;
 use super::record::Next;
+use super::rest::Rest;
 use super::setup::{
     check_joints, check_laws, check_settings, check_sizes, coupling, iteration_matrix, tolerances,
 };
@@ -42,6 +43,7 @@ pub struct ThetaScheme<T: Scalar, const D: usize, S, L, V> {
     pub(super) kept: Option<Kept<T, D>>,
     pub(super) assembler: Assembler<T, D>,
     pub(super) islands: Islands<T, D>,
+    pub(super) rest: Option<Rest<T, D>>,
     pub(super) joints: Joints<T>,
     /// Length (m) that scales the tolerance of the joints, and speed (m/s) of the differences of a nonlinear system.
     pub(super) scales: Scales<T>,
@@ -120,11 +122,9 @@ where
             return Err(SetupError::Energy { kinetic, elastic });
         }
         let tolerances = tolerances(&settings.activation, solver.stopping().tolerance, &system, &q, &v)?;
+        let rest = settings.sleep.then(|| Rest::new(&system, settings.step, solver.stopping().tolerance));
+        let rest = rest.flatten();
         let joints = Joints::new(system.joint_rows(), n);
-        let mut problem = ConeProblem::default();
-        if let (Factor::Diagonal(inverse), true, None) = (&factor, joints.is_empty(), &nonlinear) {
-            problem.know_bodies(inverse.as_slice().into());
-        }
         Ok(Self {
             system,
             laws,
@@ -138,6 +138,7 @@ where
             kept,
             assembler: Assembler::new(n, free),
             islands: Islands::default(),
+            rest,
             joints,
             scales,
             nonlinear,
@@ -149,7 +150,7 @@ where
             next,
             candidates: Vec::new(),
             jacobian: BlockRows::new(),
-            problem,
+            problem: ConeProblem::default(),
             warm_start: Vec::new(),
             percussions: Vec::new(),
         })

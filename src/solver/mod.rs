@@ -54,7 +54,8 @@ pub use semismooth_newton::{SemismoothNewton, SemismoothNewtonSettings};
 pub struct Solution<T> {
     /// Iterations of the solver, in its own unit (sweeps, Newton steps, convex programs).
     pub iterations: usize,
-    /// Residual of the percussions returned.
+    /// Residual of the percussions returned, [`ConeProblem::residual`]; where rounding decides, that of
+    /// [`ConeProblem::precise_residual`].
     pub residual: Residual<T>,
     /// Whether that is the tolerance asked for, or all that percussions of this precision can reach.
     pub accuracy: Accuracy<T>,
@@ -65,8 +66,9 @@ pub struct Solution<T> {
 pub enum Accuracy<T> {
     /// The scaled residual is within the tolerance.
     Tolerance,
-    /// The tolerance lies below what rounding of the percussions leaves, [`ConeProblem::floor`]; the scaled residual is
-    /// within that. Large percussions that nearly cancel make it so: light bodies between heavy ones.
+    /// The tolerance lies below what rounding leaves in working precision: the scaled residual, evaluated precisely, is
+    /// within [`ConeProblem::floor`], or within the tolerance after all. Large percussions that nearly cancel make it so:
+    /// light bodies between heavy ones.
     Rounding {
         /// The floor (dimensionless).
         floor: T,
@@ -189,19 +191,19 @@ pub trait ConeSolver<T: Scalar, const D: usize>: Debug + Send {
                 Err(Breakdown { iterations, message }) => (iterations, Some(message)),
             }
         };
-        let mut residual = problem.residual(r);
+        let residual = problem.residual(r);
         // Both tests are written so that a NaN residual fails.
         if residual.scaled <= stopping.tolerance {
             return Ok(Solution { iterations, residual, accuracy: Accuracy::Tolerance });
         }
-        // Not to be confused with the rounding of its own evaluation.
-        residual = problem.precise_residual(r);
-        if residual.scaled <= stopping.tolerance {
-            return Ok(Solution { iterations, residual, accuracy: Accuracy::Tolerance });
-        }
         let floor = problem.floor(r);
-        if residual.scaled <= floor {
-            return Ok(Solution { iterations, residual, accuracy: Accuracy::Rounding { floor } });
+        if ConeProblem::<T, D>::is_near_floor(residual.scaled, floor) {
+            // Not to be confused with the rounding of its own evaluation.
+            let precise = problem.precise_residual(r);
+            if precise.scaled <= stopping.tolerance.max(floor) {
+                let accuracy = Accuracy::Rounding { floor };
+                return Ok(Solution { iterations, residual: precise, accuracy });
+            }
         }
         Err(SolveError::NotConverged {
             solver: self.name(),

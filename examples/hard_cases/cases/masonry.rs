@@ -64,7 +64,7 @@ pub(crate) fn arch<T: Scalar>(
     // Faces a micrometre apart still touch: were the tolerance of rounding, a stone whose joint opened by 1e-11 m would
     // fall freely for a step, and the thrust with it.
     let theta = to_f64(theta(&*laws[0]));
-    scheme_of(system, laws, solver(choice, tolerance), (theta, h), Some(1e-6), (q, v))
+    scheme_of(system, laws, solver(choice, tolerance), (theta, h), (Some(1e-6), false), (q, v))
 }
 
 /// Voussoirs of the case: odd, so that the crown is a stone's middle, and enough that hinges find their place.

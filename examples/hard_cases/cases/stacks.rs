@@ -80,7 +80,7 @@ pub(crate) fn stack<T: Scalar>(
     let claim = laws[0].dissipative_theta().map(|claim| (to_f64(*claim.start()), to_f64(*claim.end())));
     let theta = claim.map_or(theta, |(least, most)| theta.clamp(least, most));
     // As for the arch: a face that opened by rounding is not to be without force for a step.
-    scheme_of(system, laws, solver(choice, tolerance), (theta, h), Some(1e-6), (q, v))
+    scheme_of(system, laws, solver(choice, tolerance), (theta, h), (Some(1e-6), false), (q, v))
 }
 
 fn top_heavy(choice: &Choice<'_>, ratio: f64) -> Result<Outcome, String> {
@@ -115,6 +115,7 @@ fn top_heavy(choice: &Choice<'_>, ratio: f64) -> Result<Outcome, String> {
 pub(crate) fn disc_among_squares<T: Scalar>(
     choice: &Choice<'_>,
     squares: usize,
+    sleep: bool,
     h: f64,
 ) -> Result<Scheme<T, 2>, String> {
     let mut builder = RigidBodies::<T>::builder();
@@ -139,7 +140,7 @@ pub(crate) fn disc_among_squares<T: Scalar>(
     let restitution = [1.0, 0.0, 0.0, 0.0];
     let laws: Vec<Law<T, 2>> = restitution.into_iter().map(|e| law(choice, e, 0.5)).collect();
     let system = builder.build().expect("bodies");
-    scheme_of(system, laws, solver(choice, 1e-10), (0.5, h), Some(1e-6), (q, v))
+    scheme_of(system, laws, solver(choice, 1e-10), (0.5, h), (Some(1e-6), sleep), (q, v))
 }
 
 /// Which face of the stack a contact belongs to, from the labels of its sides.
