@@ -23,6 +23,7 @@ pub struct Snapshot {
     v: Vec<f64>,
     energies: [f64; 3],
     contacts: Vec<(u64, Vec<f64>)>,
+    older: Vec<(u64, Vec<f64>)>,
     rest: Option<RestMark>,
 }
 
@@ -59,6 +60,7 @@ where
             v: plain(&self.state.v),
             energies: [energies.kinetic, energies.elastic, energies.potential].map(to_f64),
             contacts: self.last.contacts.iter().map(percussion).collect(),
+            older: self.older.iter().map(percussion).collect(),
             rest: self.rest.as_ref().map(Rest::mark),
         }
     }
@@ -74,7 +76,7 @@ where
         if snapshot.q.len() != n || snapshot.v.len() != n {
             return refuse(&format!("{} degrees of freedom for {n}", snapshot.q.len()));
         }
-        let percussions = snapshot.contacts.iter().map(|(_, p)| p);
+        let percussions = snapshot.contacts.iter().chain(&snapshot.older).map(|(_, p)| p);
         if percussions.clone().any(|p| p.len() != D) {
             return refuse("percussions of another dimension");
         }
@@ -99,10 +101,14 @@ where
         }
         let energies = &mut self.last.energies;
         [energies.kinetic, energies.elastic, energies.potential] = snapshot.energies.map(lit);
-        self.last.contacts.clear();
-        self.last.contacts.extend(snapshot.contacts.iter().map(|(id, p)| {
-            ContactStep::resting(ContactId(*id), 0, T::zero(), SVector::from_fn(|i, _| lit(p[i])))
-        }));
+        for (list, numbers) in
+            [(&mut self.last.contacts, &snapshot.contacts), (&mut self.older, &snapshot.older)]
+        {
+            list.clear();
+            list.extend(numbers.iter().map(|(id, p)| {
+                ContactStep::resting(ContactId(*id), 0, T::zero(), SVector::from_fn(|i, _| lit(p[i])))
+            }));
+        }
         Ok(())
     }
 }

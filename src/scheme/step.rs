@@ -1,8 +1,10 @@
 //! The θ-step of Moreau–Jean (52) and Moreau–Jean–Frémond (63) in the one form every law shares.
 
+use std::iter::Peekable;
+
 use nalgebra::SVector;
 
-use super::islands::WORTH_SPLITTING;
+use super::islands::{WORTH_SPLITTING, choose_start};
 use super::nonlinear::Start;
 use super::record::Next;
 use super::{ActivationRule, ContactStep, Part, Settings, Step, StepError, ThetaScheme};
@@ -142,7 +144,9 @@ where
         b.clear();
         friction.clear();
         self.warm_start.clear();
+        self.older_start.clear();
         let mut known = self.last.contacts.iter().peekable();
+        let mut older = self.older.iter().peekable();
         for (i, contact) in self.next.contacts.iter().enumerate() {
             let law = &self.laws[contact.interface];
             let evaluation = law.evaluate(&contact.before, self.settings.theta);
@@ -159,14 +163,12 @@ where
             }
             b.push(self.jacobian.velocity(i, &self.next.v_free) + evaluation.b_shift(&contact.before));
             friction.push(law.friction());
-            // Both lists are ordered by identity: the percussion of the last step is found by walking along.
             if self.passes > 0 {
                 self.warm_start.push(self.percussions[i]);
                 continue;
             }
-            while known.next_if(|old| old.id < contact.id).is_some() {}
-            let old = known.next_if(|old| old.id == contact.id);
-            self.warm_start.push(old.map_or_else(SVector::zeros, |old| old.percussion));
+            self.warm_start.push(percussion_of(contact.id, &mut known));
+            self.older_start.push(percussion_of(contact.id, &mut older));
         }
         Ok(())
     }
@@ -178,7 +180,8 @@ where
         if contacts == 0 {
             return Ok(None);
         }
-        let Self { problem, islands, warm_start, percussions, solver, jacobian, factor, joints, .. } = self;
+        let Self { problem, islands, percussions, solver, jacobian, factor, joints, .. } = self;
+        let (warm_start, older) = (&mut self.warm_start, &self.older_start);
         // Of bodies that nothing but contacts couples the solver may see H and M̂.
         let mut bodies = match factor {
             Factor::Diagonal(inverse) if joints.is_empty() => Some((jacobian, inverse)),
@@ -191,8 +194,12 @@ where
         };
         exchange(problem);
         let solved = if contacts > WORTH_SPLITTING && islands.split(problem.delassus()) > 1 {
-            islands.solve(problem, warm_start, percussions, solver)
+            islands.solve(problem, (warm_start, older), percussions, solver)
         } else {
+            // A single contact is solved exactly from anywhere.
+            if contacts > 1 {
+                choose_start(problem, warm_start, older, solver.stopping().tolerance);
+            }
             solver.solve(problem, warm_start, percussions).map_err(|source| (contacts, source))
         };
         exchange(problem);
@@ -284,7 +291,7 @@ where
     }
 
     fn accept(&mut self, solution: Option<Solution<T>>, energies: Energies<T>, balance: Balance<T>) {
-        let Self { system, state, next, last, rest, jacobian, .. } = self;
+        let Self { system, state, next, last, older, rest, jacobian, .. } = self;
         if let Some(nonlinear) = &mut self.nonlinear {
             nonlinear.accept();
         }
@@ -296,6 +303,7 @@ where
         // By multiplication, so that the clock does not drift over many steps.
         state.time = self.start_time + self.settings.step * lit::<T>(state.index as f64);
         (last.energies, last.balance, last.solution) = (energies, balance, solution);
+        std::mem::swap(older, &mut last.contacts);
         if let Some(rest) = rest {
             rest.merge(&next.contacts, &mut last.contacts);
             let moving = (&mut *state.v, &mut *next.momentum[0]);
@@ -303,7 +311,7 @@ where
             return;
         }
         std::mem::swap(&mut last.contacts, &mut next.contacts);
-        // The two lists take turns: both grow now, or the next contact would find the smaller one.
+        // The lists take turns: they grow now, or the next contact would find a smaller one.
         next.contacts.clear();
         next.contacts.reserve(last.contacts.len());
     }
@@ -331,4 +339,13 @@ where
         let (step, time) = self.place();
         StepError::Unknown { step, time, contact: self.system.contact_label(contact), what, index, count }
     }
+}
+
+/// The percussion of contact `id` in a list ordered by identity, found by walking along; zero where it is not there.
+fn percussion_of<'a, T: Scalar, const D: usize>(
+    id: ContactId,
+    list: &mut Peekable<impl Iterator<Item = &'a ContactStep<T, D>>>,
+) -> SVector<T, D> {
+    while list.next_if(|old| old.id < id).is_some() {}
+    list.next_if(|old| old.id == id).map_or_else(SVector::zeros, |old| old.percussion)
 }

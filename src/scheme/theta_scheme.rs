@@ -13,7 +13,7 @@ use super::setup::{
     check_joints, check_laws, check_settings, check_sizes, coupling, iteration_matrix, tolerances,
 };
 use super::velocity::Form;
-use super::{Settings, SetupError, State, Step};
+use super::{ContactStep, Settings, SetupError, State, Step};
 use crate::cone::ConeProblem;
 use crate::contact::Candidate;
 use crate::energy::{Balance, Energies};
@@ -55,11 +55,15 @@ pub struct ThetaScheme<T: Scalar, const D: usize, S, L, V> {
     pub(super) start_time: T,
     pub(super) state: State<T>,
     pub(super) last: Step<T, D>,
+    /// Contacts of the step before the last.
+    pub(super) older: Vec<ContactStep<T, D>>,
     pub(super) next: Next<T, D>,
     pub(super) candidates: Vec<Candidate<T>>,
     pub(super) jacobian: BlockRows<T, D>,
     pub(super) problem: ConeProblem<T, D>,
+    /// Percussions of the last step, and of the one before.
     pub(super) warm_start: Vec<SVector<T, D>>,
+    pub(super) older_start: Vec<SVector<T, D>>,
     pub(super) percussions: Vec<SVector<T, D>>,
 }
 
@@ -147,11 +151,13 @@ where
             start_time,
             state: State { index: 0, time: start_time, q, v },
             last: Step { contacts: Vec::new(), energies, balance: Balance::default(), solution: None },
+            older: Vec::new(),
             next,
             candidates: Vec::new(),
             jacobian: BlockRows::new(),
             problem: ConeProblem::default(),
             warm_start: Vec::new(),
+            older_start: Vec::new(),
             percussions: Vec::new(),
         })
     }

@@ -59,7 +59,8 @@ fn tension_ratio(choice: &Choice<'_>, n: usize, outcome: &mut Outcome) -> Result
     let mut v = vec![0.0; dofs];
     v[2 * n] = 1.0;
     let laws: Vec<Law<f64, 2>> = vec![law(choice, 0.0, MU)];
-    let mut scheme = scheme_of(system, laws, solver(choice, 1e-12), (1.0, 1e-3), (None, false), (vec![0.0; dofs], v))?;
+    let mut scheme =
+        scheme_of(system, laws, solver(choice, 1e-12), (1.0, 1e-3), (None, false), (vec![0.0; dofs], v))?;
     let tension =
         |q: &[f64], bar: &[(usize, f64)]| stiffness * bar.iter().map(|&(i, x)| x * q[i]).sum::<f64>();
     let (mut ratio, mut change) = (0.0, f64::INFINITY);
