@@ -7,7 +7,7 @@ use nonsmooth::plot::{Figure, Panel, PlotError, Series, Style};
 use nonsmooth::system::RigidBodies;
 
 use crate::cases::support::{Outcome, Scheme, drive};
-use crate::cases::{Choice, masonry, stacks};
+use crate::cases::{Choice, masonry, pendulum, stacks};
 
 /// The outlines of the bodies, a gap between one and the next.
 fn shapes(title: &str, system: &RigidBodies<f64>, q: &[f64], take: usize) -> Panel {
@@ -76,12 +76,18 @@ pub(crate) fn save() -> Result<String, Box<dyn std::error::Error>> {
     let index = (0..links).map(|i| (i + 1) as f64).collect();
     let mut tension = Panel::new("chain: tension", "link", "force (kN)");
     tension = tension.with(Series::new("", Style::Line, index, forces.iter().map(|f| f * 1e-3).collect()));
+    let mut kane = Panel::new("Kane's pendulum, e = 0.5", "t (s)", "energy (J)");
+    for law in ["newton", "fremond"] {
+        let [t, energy] = pendulum::energies(&Choice { law, ..choice }, 0.5, 10_000)?;
+        kane = kane.with(Series::new(law, Style::Line, t, energy).width(1.0));
+    }
     let panels = vec![
         shapes("arch, t/R = 0.12, after 2 s", stands.system(), &stands.state().q, usize::MAX),
         shapes("arch, t/R = 0.10, after 0.7 s", falls.system(), &falls.state().q, usize::MAX),
         shapes("stack, after 2 s", stack.system(), &stack.state().q, usize::MAX),
         shapes("chain, upper links", chain.system(), &chain.state().q, 16),
         tension,
+        kane,
     ];
     write(&Figure::new(2, panels).size(322.0, 200.0))?;
     Ok(table)

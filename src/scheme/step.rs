@@ -314,6 +314,7 @@ where
         // The lists take turns: they grow now, or the next contact would find a smaller one.
         next.contacts.clear();
         next.contacts.reserve(last.contacts.len());
+        older.reserve(last.contacts.len().saturating_sub(older.len()));
     }
 
     /// Number of the step being made, and the time at its end.

@@ -211,7 +211,7 @@ impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
                 scaled.leave(best, r);
                 let floor = problem.floor(r);
                 if ConeProblem::<T, D>::is_near_floor(smallest, floor) {
-                    let (residual, taken) = refinement.run(scaled, problem, r, target);
+                    let (residual, taken) = refinement.run(scaled, problem, r, (target, floor));
                     steps += taken;
                     if residual <= target.max(floor) {
                         return Ok(before + steps);

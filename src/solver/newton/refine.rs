@@ -28,14 +28,17 @@ impl<T: Scalar, const D: usize> Refinement<T, D> {
         Self { w, scaled_r, scaled_w, step, linear: Vec::new(), best }
     }
 
-    /// Refines `r` down to `target` or as far as it goes; returns the scaled residual of the best iterate, where `r` is
-    /// left, and the Newton steps taken.
+    /// Refines `r` down to `target` or as far as it goes; returns the scaled residual of the iterate where `r` is left and
+    /// the Newton steps taken.
+    ///
+    /// Within the floor of the residual the last iterate is the best: what its residual shows is the rounding of large
+    /// percussions on light bodies, under which the velocities of heavy ones still come right.
     pub(in crate::solver) fn run(
         &mut self,
         scaled: &mut Scaled<T, D>,
         problem: &ConeProblem<T, D>,
         r: &mut [SVector<T, D>],
-        target: T,
+        (target, floor): (T, T),
     ) -> (T, usize) {
         let Self { w, scaled_r, scaled_w, step, linear, best } = self;
         let (mut least, mut steps) = (T::infinity_impl(), 0);
@@ -44,7 +47,7 @@ impl<T: Scalar, const D: usize> Refinement<T, D> {
             problem.precise_velocities(r, &mut |_, velocity| w.push(velocity));
             let residual = problem.residual_at(r, w).scaled;
             let gains = residual < least * lit::<T>(0.7);
-            if residual < least {
+            if residual < least || residual <= floor {
                 least = residual;
                 best.clear();
                 best.extend_from_slice(r);
