@@ -71,6 +71,13 @@ pub(super) struct RestMark {
     contacts: Vec<(u64, u64, f64, u64)>,
 }
 
+impl RestMark {
+    /// Everybody is awake, in a scene of `bodies` bodies.
+    pub(super) fn awake(bodies: usize) -> Self {
+        Self { quiet: vec![0; bodies], sleepers: Vec::new(), contacts: Vec::new() }
+    }
+}
+
 impl<T: Scalar, const D: usize> Rest<T, D> {
     /// `None` for systems that cannot rest: without bodies, or with terms that depend on time or couple them otherwise.
     pub(super) fn new<S: MechanicalSystem<T, D>>(system: &S, step: T, tolerance: T) -> Option<Self> {
@@ -95,6 +102,10 @@ impl<T: Scalar, const D: usize> Rest<T, D> {
             least: vec![0; bodies],
             contacts: Vec::new(),
         })
+    }
+
+    pub(super) fn bodies(&self) -> usize {
+        self.asleep.len()
     }
 
     /// Whether each body sleeps.

@@ -83,10 +83,12 @@ where
         if !all_finite(snapshot.q.iter().chain(&snapshot.v).chain(percussions.flatten())) {
             return refuse("a number is not finite");
         }
-        if let (Some(rest), Some(mark)) = (&mut self.rest, &snapshot.rest)
-            && rest.restore(mark, self.laws.len(), &snapshot.contacts).is_none()
-        {
-            return refuse("its bodies at rest are others");
+        if let Some(rest) = &mut self.rest {
+            let awake = RestMark::awake(rest.bodies());
+            let mark = snapshot.rest.as_ref().unwrap_or(&awake);
+            if rest.restore(mark, self.laws.len(), &snapshot.contacts).is_none() {
+                return refuse("its bodies at rest are others");
+            }
         }
         self.state.index = snapshot.index();
         self.state.time = self.start_time + self.settings.step * lit::<T>(self.state.index as f64);
