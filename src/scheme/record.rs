@@ -21,7 +21,7 @@ pub struct State<T> {
 }
 
 /// What happened at an active contact during a step.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactStep<T: Scalar, const D: usize> {
     /// Who.
     pub id: ContactId,

@@ -47,8 +47,9 @@ pub(super) struct Rest<T: Scalar, const D: usize> {
     island: Vec<usize>,
     /// The least `quiet` of an island, at the body that stands for it.
     least: Vec<u8>,
-    /// Contacts of sleepers with their islands, ordered by identity.
+    /// Contacts of sleepers with their islands, ordered by identity, and the contacts alone.
     contacts: Vec<(ContactStep<T, D>, usize)>,
+    listed: Vec<ContactStep<T, D>>,
 }
 
 /// The body that stands for the island of `body`.
@@ -101,6 +102,7 @@ impl<T: Scalar, const D: usize> Rest<T, D> {
             island: vec![AWAKE; bodies],
             least: vec![0; bodies],
             contacts: Vec::new(),
+            listed: Vec::new(),
         })
     }
 
@@ -141,20 +143,26 @@ impl<T: Scalar, const D: usize> Rest<T, D> {
             }
         }
         self.contacts.retain(|&(_, other)| other != island);
+        self.list();
     }
 
     /// `all` ← the contacts of a step and those of the sleepers, ordered by identity.
     pub(super) fn merge(&self, active: &[ContactStep<T, D>], all: &mut Vec<ContactStep<T, D>>) {
         all.clear();
         all.reserve(active.len() + self.contacts.len());
-        let mut sleepers = self.contacts.iter().map(|(contact, _)| contact).peekable();
+        let mut rest = self.listed.as_slice();
         for contact in active {
-            while let Some(sleeper) = sleepers.next_if(|sleeper| sleeper.id < contact.id) {
-                all.push(sleeper.clone());
-            }
-            all.push(contact.clone());
+            let (before, after) = rest.split_at(rest.partition_point(|sleeper| sleeper.id < contact.id));
+            all.extend_from_slice(before);
+            all.push(*contact);
+            rest = after;
         }
-        all.extend(sleepers.cloned());
+        all.extend_from_slice(rest);
+    }
+
+    fn list(&mut self) {
+        self.listed.clear();
+        self.listed.extend(self.contacts.iter().map(|&(contact, _)| contact));
     }
 
     /// Looks at the step made: bodies on their way to sleep have their velocities set to zero, and those that stay at rest
@@ -182,6 +190,7 @@ impl<T: Scalar, const D: usize> Rest<T, D> {
             }
         }
         self.contacts.sort_unstable_by_key(|(contact, _)| contact.id);
+        self.list();
         for body in 0..self.asleep.len() {
             if self.asleep[body] {
                 continue;
@@ -304,6 +313,7 @@ impl<T: Scalar, const D: usize> Rest<T, D> {
         }
         self.quiet.copy_from_slice(&mark.quiet);
         (self.asleep, self.island, self.contacts) = (asleep, island, contacts);
+        self.list();
         Some(())
     }
 }

@@ -255,7 +255,10 @@ where
         }
         balance.close();
         let (kinetic, elastic) = self.nonlinear.as_ref().map_or_else(
-            || (half * dot(&next.v, &next.momentum[1]), half * dot(&next.q, &next.elastic_force[1])),
+            || {
+                let stretch = system.stiffness().map(|_| dot(&next.q, &next.elastic_force[1]));
+                (half * dot(&next.v, &next.momentum[1]), half * stretch.unwrap_or_else(T::zero))
+            },
             |nonlinear| nonlinear.next_energies(&next.v),
         );
         let energies = Energies { kinetic, elastic, potential: system.forces().potential(&next.q) };
