@@ -72,8 +72,8 @@ impl Row {
 fn wanted(check: &Check) -> String {
     match (check.least, check.expected, check.bound) {
         (true, expected, _) => format!("≥ {}", number(expected)),
-        (_, 0.0, bound) => format!("≤ {bound:.0e}"),
         (_, expected, 0.0) => number(expected),
+        (_, 0.0, bound) => format!("≤ {bound:.0e}"),
         (_, expected, bound) => format!("{} ± {bound:.0e}", number(expected)),
     }
 }
