@@ -2,10 +2,10 @@
 
 mod random_problems;
 
-use nalgebra::{DMatrix, SMatrix, SVector};
+use nalgebra::{DMatrix, RealField, SMatrix, SVector};
 use nonsmooth::cone::{BlockMatrix, ConeProblem, largest_eigenvalue, solve_one_contact};
 use nonsmooth::scalar::{Scalar, lit, to_f64};
-use nonsmooth::solver::{SOLVERS, SolveError, Stopping, build, default_tolerance};
+use nonsmooth::solver::{Accuracy, SOLVERS, SolveError, Stopping, build, default_tolerance};
 use proptest::prelude::*;
 use random_problems::{Recipe, random};
 
@@ -43,12 +43,15 @@ fn attempt<T: Scalar, const D: usize>(
     let tolerance = default_tolerance::<T>();
     match solver.solve(problem, &start, &mut r) {
         Ok(solution) => {
-            assert_eq!(
-                solution.residual,
-                problem.residual(&r),
-                "{name} reports another residual than its result has"
-            );
-            assert!(solution.residual.scaled <= tolerance, "{name} calls {solution:?} a solution");
+            let (measured, bound) = match solution.accuracy {
+                Accuracy::Tolerance => (problem.residual(&r), tolerance),
+                Accuracy::Rounding { floor } => {
+                    assert_eq!(floor, problem.floor(&r), "{name}");
+                    (problem.precise_residual(&r), RealField::max(tolerance, floor))
+                }
+            };
+            assert_eq!(solution.residual, measured, "{name} reports another residual than its result has");
+            assert!(solution.residual.scaled <= bound, "{name} calls {solution:?} a solution");
             Ok(r)
         }
         Err(error @ SolveError::NotConverged { residual, natural, .. }) => {

@@ -7,7 +7,7 @@ use nonsmooth::plot::{Figure, Panel, PlotError, Series, Style};
 use nonsmooth::system::RigidBodies;
 
 use crate::cases::support::{Outcome, Scheme, drive};
-use crate::cases::{Choice, masonry, stacks};
+use crate::cases::{Choice, masonry, pendulum, stacks};
 
 /// The outlines of the bodies, a gap between one and the next.
 fn shapes(title: &str, system: &RigidBodies<f64>, q: &[f64], take: usize) -> Panel {
@@ -57,15 +57,18 @@ pub(crate) fn save() -> Result<String, Box<dyn std::error::Error>> {
     measure("arch, t/R = 0.12", &mut stands, 2000, &mut table)?;
     let mut falls = masonry::arch::<f64>(&choice, 0.10, voussoirs, 1e-3, 1e-8)?;
     measure("arch, t/R = 0.10, falling", &mut falls, 700, &mut table)?;
-    let mut stack = stacks::stack::<f64>(&choice, 10, 1.0, 1e-3, 1e-10)?;
+    let mut stack = stacks::stack::<f64>(&choice, 10, 1.0, (0.5, 1e-3), 1e-10)?;
     measure("stack of ten squares", &mut stack, 2000, &mut table)?;
     let links = 1000;
     let mut chain = stacks::hanging::<f64>(&choice, links, 1e-3, 1e-11)?;
     measure("chain of 1,000 links", &mut chain, 1000, &mut table)?;
 
-    for resting in [0, 1000] {
-        let mut scene = stacks::disc_among_squares::<f64>(&choice, resting, 1e-3)?;
-        measure(&format!("a bouncing disc, {resting} squares at rest"), &mut scene, 2000, &mut table)?;
+    for (resting, sleep) in [(0, false), (1000, false), (1000, true), (10_000, true)] {
+        let mut scene = stacks::disc_among_squares::<f64>(&choice, resting, sleep, 1e-3)?;
+        // The steps in which they fall asleep are not counted.
+        drive(&mut scene, 20, &mut Outcome::default(), |_| ())?;
+        let how = if sleep { ", asleep" } else { "" };
+        measure(&format!("a bouncing disc, {resting} squares at rest{how}"), &mut scene, 2000, &mut table)?;
     }
 
     let mut forces: Vec<f64> = chain.last_step().contacts.iter().map(|c| c.percussion[0] / 1e-3).collect();
@@ -73,12 +76,18 @@ pub(crate) fn save() -> Result<String, Box<dyn std::error::Error>> {
     let index = (0..links).map(|i| (i + 1) as f64).collect();
     let mut tension = Panel::new("chain: tension", "link", "force (kN)");
     tension = tension.with(Series::new("", Style::Line, index, forces.iter().map(|f| f * 1e-3).collect()));
+    let mut kane = Panel::new("Kane's pendulum, e = 0.5", "t (s)", "energy (J)");
+    for law in ["newton", "fremond"] {
+        let [t, energy] = pendulum::energies(&Choice { law, ..choice }, 0.5, 10_000)?;
+        kane = kane.with(Series::new(law, Style::Line, t, energy).width(1.0));
+    }
     let panels = vec![
         shapes("arch, t/R = 0.12, after 2 s", stands.system(), &stands.state().q, usize::MAX),
         shapes("arch, t/R = 0.10, after 0.7 s", falls.system(), &falls.state().q, usize::MAX),
         shapes("stack, after 2 s", stack.system(), &stack.state().q, usize::MAX),
         shapes("chain, upper links", chain.system(), &chain.state().q, 16),
         tension,
+        kane,
     ];
     write(&Figure::new(2, panels).size(322.0, 200.0))?;
     Ok(table)

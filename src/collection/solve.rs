@@ -12,8 +12,8 @@ use super::lines::{heading, json_line, text_line};
 use super::{CollectionError, problem_name};
 use crate::cone::{ConeProblem, Residual};
 use crate::fclib::{self, Cone, FclibError};
-use crate::scalar::{Scalar, epsilon, lit};
-use crate::solver::{self, Progress, SolveError, Stopping};
+use crate::scalar::{Scalar, epsilon, lit, to_f64};
+use crate::solver::{self, Accuracy, Progress, SolveError, Stopping};
 
 /// A percussion within this relative distance of the boundary of its cone slides. Percussions of redundant contacts are
 /// known to fewer digits than the velocities the tolerance speaks of.
@@ -275,7 +275,16 @@ pub(super) fn attempt<T: Scalar, const D: usize>(
         };
         let (iterations, residual, reason) =
             match solver.solve_observed(cone, &best.r, &mut r, Some(&mut shifted)) {
-                Ok(solution) => (solution.iterations, solution.residual, None),
+                Ok(solution) => {
+                    let reason = match solution.accuracy {
+                        Accuracy::Tolerance => None,
+                        Accuracy::Rounding { floor } => {
+                            let floor = to_f64(floor);
+                            Some(Some(format!("rounding of the percussions leaves {floor:e}")))
+                        }
+                    };
+                    (solution.iterations, solution.residual, reason)
+                }
                 Err(SolveError::NotConverged { iterations, residual, natural, reason, .. }) => {
                     (iterations, Residual { natural: lit(natural), scaled: lit(residual) }, Some(reason))
                 }

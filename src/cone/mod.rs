@@ -13,6 +13,7 @@ mod block_matrix;
 mod coulomb;
 mod factored;
 mod one_contact;
+mod precise;
 mod problem;
 mod product;
 

@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 use nalgebra::{DMatrix, SVector};
 
 use super::coulomb::{StatusCount, de_saxce, largest_eigenvalue, natural_map, status};
+use super::precise::Bodies;
 use super::product::Scratch;
 use super::{BlockMatrix, FactoredDelassus, one_contact};
 use crate::scalar::{Scalar, all_finite, epsilon, lit, to_f64};
@@ -18,7 +19,9 @@ pub struct ConeProblem<T: Scalar, const D: usize> {
     /// W block by block; where the problem holds H and M̂ instead, filled by the first who asks.
     delassus: OnceLock<BlockMatrix<T, D>>,
     factored: Option<FactoredDelassus<T, D>>,
-    scratch: Scratch<T>,
+    /// H and a diagonal M̂ beside a formed W, for products that cancel.
+    pub(super) bodies: Bodies<T, D>,
+    pub(super) scratch: Scratch<T>,
     b: Vec<SVector<T, D>>,
     friction: Vec<T>,
 }
@@ -128,6 +131,7 @@ impl<T: Scalar, const D: usize> Default for ConeProblem<T, D> {
         Self {
             delassus: BlockMatrix::new().into(),
             factored: None,
+            bodies: Bodies::default(),
             scratch: Scratch::default(),
             b: Vec::new(),
             friction: Vec::new(),
@@ -145,8 +149,7 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
         b: Vec<SVector<T, D>>,
         friction: Vec<T>,
     ) -> Result<Self, ProblemError> {
-        let problem =
-            Self { delassus: delassus.into(), factored: None, scratch: Scratch::default(), b, friction };
+        let problem = Self { delassus: delassus.into(), b, friction, ..Self::default() };
         problem.check()?;
         problem.check_symmetric_semidefinite()?;
         Ok(problem)
@@ -169,21 +172,9 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
             Form::Auto => delassus.nodes() * delassus.dofs() >= delassus.contacts() * D,
         };
         let problem = if formed {
-            Self {
-                delassus: delassus.form().into(),
-                factored: None,
-                scratch: Scratch::default(),
-                b,
-                friction,
-            }
+            Self { delassus: delassus.form().into(), b, friction, ..Self::default() }
         } else {
-            Self {
-                delassus: OnceLock::new(),
-                factored: Some(delassus),
-                scratch: Scratch::default(),
-                b,
-                friction,
-            }
+            Self { delassus: OnceLock::new(), factored: Some(delassus), b, friction, ..Self::default() }
         };
         problem.check()?;
         Ok(problem)
@@ -193,10 +184,9 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
     pub fn cast<U: Scalar>(&self) -> ConeProblem<U, D> {
         ConeProblem {
             delassus: self.delassus().cast().into(),
-            factored: None,
-            scratch: Scratch::default(),
             b: self.b.iter().map(|b| b.map(|x| lit(to_f64(x)))).collect(),
             friction: self.friction.iter().map(|&x| lit(to_f64(x))).collect(),
+            ..ConeProblem::default()
         }
     }
 
@@ -264,7 +254,7 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
     }
 
     /// Calls `visit` with every α and (W r + b)_α: W is not formed for it.
-    fn visit_velocities(&self, r: &[SVector<T, D>], mut visit: impl FnMut(usize, SVector<T, D>)) {
+    pub(super) fn visit_velocities(&self, r: &[SVector<T, D>], mut visit: impl FnMut(usize, SVector<T, D>)) {
         match &self.factored {
             Some(factored) => {
                 let mut product = self.scratch.take();
@@ -296,8 +286,17 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
     /// If `r` has not one block per contact.
     pub fn residual(&self, r: &[SVector<T, D>]) -> Residual<T> {
         assert_eq!(r.len(), self.contacts(), "one percussion per contact");
+        self.measure(r, |visit| self.visit_velocities(r, visit))
+    }
+
+    /// Both residuals of `r` at the velocities that `velocities` tells.
+    pub(super) fn measure(
+        &self,
+        r: &[SVector<T, D>],
+        velocities: impl FnOnce(&mut dyn FnMut(usize, SVector<T, D>)),
+    ) -> Residual<T> {
         let (mut natural, mut scaled) = (T::zero(), T::zero());
-        self.visit_velocities(r, |i, w| {
+        velocities(&mut |i, w| {
             let phi = de_saxce(&w, self.friction[i]);
             natural += natural_map(&r[i], &phi, self.friction[i]).norm_squared();
             let size = largest_eigenvalue(self.diagonal(i));

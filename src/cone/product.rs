@@ -2,13 +2,15 @@
 
 use std::sync::Mutex;
 
-use crate::linalg::SolveBuffers;
+use crate::linalg::{Compensated, SolveBuffers};
 
 /// Buffers of a product with W.
 #[derive(Debug, Clone)]
 pub(crate) struct Product<T> {
     pub(super) velocities: Vec<T>,
     pub(super) solve: SolveBuffers<T>,
+    /// Impulses by degree of freedom, all zero between products.
+    pub(super) impulses: Vec<Compensated<T>>,
 }
 
 /// The buffers of a problem's own products, taken by whoever comes first; another at the same time makes its own.
@@ -49,6 +51,6 @@ impl<T> Scratch<T> {
 
 impl<T> Default for Product<T> {
     fn default() -> Self {
-        Self { velocities: Vec::new(), solve: SolveBuffers::default() }
+        Self { velocities: Vec::new(), solve: SolveBuffers::default(), impulses: Vec::new() }
     }
 }

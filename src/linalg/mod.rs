@@ -2,6 +2,7 @@
 
 mod block_rows;
 mod cholesky;
+mod compensated;
 mod factor;
 mod front;
 mod multifrontal;
@@ -12,6 +13,7 @@ mod symmetric;
 
 pub use block_rows::BlockRows;
 pub use cholesky::SparseCholesky;
+pub(crate) use compensated::Compensated;
 pub use factor::{Factor, FactorError};
 pub(crate) use multifrontal::{Multifrontal, SolveBuffers};
 pub use sparse::SparseSymmetric;

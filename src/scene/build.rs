@@ -176,6 +176,7 @@ fn settings<T: Scalar>(scene: &Scene) -> Settings<T> {
         step: lit(time.step),
         activation,
         allow_unproved_theta: time.allow_unproved_theta,
+        sleep: time.sleep,
     }
 }
 

@@ -21,6 +21,8 @@ pub struct TimeSpec {
     pub theta: f64,
     /// Accept a θ outside the interval in which a law is proved dissipative.
     pub allow_unproved_theta: bool,
+    /// Leave bodies at rest out of the steps until something touches them; goes with fixed steps alone.
+    pub sleep: bool,
     /// Rule of the active set.
     pub activation: ActivationRuleName,
     /// Tolerance of the rule on the gap (m); scales with the scene where absent.
@@ -81,6 +83,8 @@ struct TimeFields {
     #[serde(default)]
     allow_unproved_theta: bool,
     #[serde(default)]
+    sleep: bool,
+    #[serde(default)]
     activation: ActivationRuleName,
     gap_tolerance: Option<f64>,
     velocity_tolerance: Option<f64>,
@@ -137,6 +141,9 @@ impl TryFrom<TimeFields> for TimeSpec {
                 Some((key, _)) => return Err(format!("`{key}` goes with step = \"adaptive\" alone")),
                 None => (step, None),
             },
+            StepField::Adaptive if fields.sleep => {
+                return Err("`sleep` goes with fixed steps alone".into());
+            }
             StepField::Adaptive => {
                 let tolerance = tolerance.ok_or("step = \"adaptive\" needs a `tolerance`")?;
                 let adaptive = AdaptiveSpec { tolerance, first_step, min_step, max_step };
@@ -149,6 +156,7 @@ impl TryFrom<TimeFields> for TimeSpec {
             end,
             theta: fields.theta,
             allow_unproved_theta: fields.allow_unproved_theta,
+            sleep: fields.sleep,
             activation: fields.activation,
             gap_tolerance: fields.gap_tolerance,
             velocity_tolerance: fields.velocity_tolerance,

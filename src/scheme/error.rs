@@ -116,6 +116,9 @@ pub enum SetupError {
     /// A step that changes its length, with displacements that move.
     #[error("a step of changing length takes no prescribed displacement that moves: its q_k depends on h")]
     MovingStep,
+    /// A step that changes its length, with bodies that may sleep.
+    #[error("a step of changing length takes no bodies that sleep: what counts as rest depends on h")]
+    SleepingStep,
     /// M is not positive definite.
     #[error("mass: {0}")]
     Mass(FactorError),

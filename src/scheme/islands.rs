@@ -8,11 +8,35 @@
 use nalgebra::SVector;
 
 use crate::cone::{BlockMatrix, ConeProblem};
-use crate::scalar::Scalar;
-use crate::solver::{ConeSolver, Solution, SolveError};
+use crate::scalar::{Scalar, lit};
+use crate::solver::{Accuracy, ConeSolver, Solution, SolveError};
 
 /// Problems up to this many contacts are solved whole: to split them costs what it saves.
 pub(super) const WORTH_SPLITTING: usize = 16;
+
+/// Takes `older`, the percussions of the step before the last, for the start where they are nearer to a solution; whether
+/// the start solves the problem as it is.
+///
+/// With e* = 1, Frémond's law at θ = ½, tangential velocities of sticking contacts alternate, and percussions with them:
+/// those of two steps ago solve the problem where those of the last step are far off.
+pub(super) fn choose_start<T: Scalar, const D: usize>(
+    problem: &ConeProblem<T, D>,
+    start: &mut [SVector<T, D>],
+    older: &[SVector<T, D>],
+    tolerance: T,
+) -> bool {
+    let last = problem.residual(start).scaled;
+    // Written so that a NaN goes to the solver, which refuses it by name.
+    if last <= tolerance || older.len() != start.len() {
+        return last <= tolerance;
+    }
+    let before = problem.residual(older).scaled;
+    if before < last * lit::<T>(0.5) {
+        start.copy_from_slice(older);
+        return before <= tolerance;
+    }
+    false
+}
 
 /// The islands of a problem, and the buffers of one.
 #[derive(Debug)]
@@ -26,6 +50,7 @@ pub(super) struct Islands<T: Scalar, const D: usize> {
     place: Vec<usize>,
     problem: ConeProblem<T, D>,
     start: Vec<SVector<T, D>>,
+    older: Vec<SVector<T, D>>,
     percussions: Vec<SVector<T, D>>,
 }
 
@@ -33,7 +58,8 @@ impl<T: Scalar, const D: usize> Default for Islands<T, D> {
     fn default() -> Self {
         let (parent, order, ends, place) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let problem = ConeProblem::default();
-        Self { parent, order, ends, place, problem, start: Vec::new(), percussions: Vec::new() }
+        let (start, older, percussions) = (Vec::new(), Vec::new(), Vec::new());
+        Self { parent, order, ends, place, problem, start, older, percussions }
     }
 }
 
@@ -81,18 +107,32 @@ impl<T: Scalar, const D: usize> Islands<T, D> {
         ends.len()
     }
 
-    /// Solves the islands found by [`split`](Self::split) one by one.
+    /// Solves the islands found by [`split`](Self::split) one by one, from the percussions of the last step or the one
+    /// before. Of their floors the largest is told.
     ///
     /// # Errors
     /// The number of contacts of the island that was not solved, and why.
     pub(super) fn solve(
         &mut self,
-        whole: &ConeProblem<T, D>,
-        start: &[SVector<T, D>],
+        whole: &mut ConeProblem<T, D>,
+        starts: (&[SVector<T, D>], &[SVector<T, D>]),
         r: &mut [SVector<T, D>],
         solver: &mut impl ConeSolver<T, D>,
     ) -> Result<Solution<T>, (usize, SolveError)> {
-        let (mut iterations, mut first) = (0, 0);
+        self.problem.exchange_masses(whole);
+        let solved = self.solve_each(whole, starts, r, solver);
+        self.problem.exchange_masses(whole);
+        solved
+    }
+
+    fn solve_each(
+        &mut self,
+        whole: &ConeProblem<T, D>,
+        starts: (&[SVector<T, D>], &[SVector<T, D>]),
+        r: &mut [SVector<T, D>],
+        solver: &mut impl ConeSolver<T, D>,
+    ) -> Result<Solution<T>, (usize, SolveError)> {
+        let (mut iterations, mut first, mut worst) = (0, 0, None);
         for &end in &self.ends {
             let island = &self.order[first..end];
             let (w, b, friction) = self.problem.parts_mut();
@@ -100,26 +140,34 @@ impl<T: Scalar, const D: usize> Islands<T, D> {
             b.clear();
             friction.clear();
             self.start.clear();
+            self.older.clear();
             for &contact in island {
                 w.start_row();
                 whole.delassus().row(contact).for_each(|(j, block)| w.push(self.place[j], *block));
                 b.push(whole.b()[contact]);
                 friction.push(whole.friction()[contact]);
-                self.start.push(start[contact]);
+                self.start.push(starts.0[contact]);
+                self.older.extend(starts.1.get(contact));
             }
+            self.problem.take_rows(whole, island);
+            let tolerance = solver.stopping().tolerance;
+            let kept = choose_start(&self.problem, &mut self.start, &self.older, tolerance);
             self.percussions.clear();
             self.percussions.extend_from_slice(&self.start);
-            // Written so that a NaN goes to the solver, which refuses it by name.
-            let kept = self.problem.residual(&self.start).scaled <= solver.stopping().tolerance;
             if !kept {
                 let solved = solver.solve(&self.problem, &self.start, &mut self.percussions);
-                iterations += solved.map_err(|error| (island.len(), error))?.iterations;
+                let solution = solved.map_err(|error| (island.len(), error))?;
+                iterations += solution.iterations;
+                if let Accuracy::Rounding { floor } = solution.accuracy {
+                    worst = Some(worst.map_or(floor, |worst: T| worst.max(floor)));
+                }
             }
             for (&contact, &percussion) in island.iter().zip(&self.percussions) {
                 r[contact] = percussion;
             }
             first = end;
         }
-        Ok(Solution { iterations, residual: whole.residual(r) })
+        let accuracy = worst.map_or(Accuracy::Tolerance, |floor| Accuracy::Rounding { floor });
+        Ok(Solution { iterations, residual: whole.residual(r), accuracy })
     }
 }

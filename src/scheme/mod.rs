@@ -6,6 +6,11 @@
 //! an island whose percussions of the last step still solve it costs no iteration. The solution reported is measured on
 //! the whole problem.
 //!
+//! # Bodies at rest
+//!
+//! With [`Settings::sleep`] an island that stands still leaves the steps until something touches it: the derivation stands
+//! at the head of `rest.rs`. Its contacts are reported all the same, with the percussions that hold it.
+//!
 //! # Joints
 //!
 //! A joint is a contact whose half-line became the whole line. With rows Ḡ and percussions λ ∈ ℝ of the joints, the
@@ -50,6 +55,7 @@ mod kept;
 mod nonlinear;
 mod passes;
 mod record;
+mod rest;
 mod setup;
 mod snapshot;
 mod step;

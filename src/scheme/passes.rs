@@ -39,10 +39,13 @@ where
     /// F_{k+θ}, the end of the prescribed motions, v_{k+θ} ← v_k elsewhere as a first guess, and the iteration matrix of
     /// a nonlinear system.
     pub(super) fn start_passes(&mut self) -> Result<(), StepError> {
-        let Self { system, settings, state, next, free, .. } = self;
+        let Self { system, settings, state, next, free, rest, .. } = self;
         let Settings { theta, step: h, .. } = *settings;
         let Next { q, v, v_theta, v_free, force, scratch, .. } = next;
         system.forces().averaged(state.time, h, theta, force, scratch);
+        if let Some(rest) = rest {
+            rest.still(force);
+        }
         if let Some(prescribed) = system.prescribed() {
             prescribed.set(state.time + h, h, theta, q, v);
         }

@@ -21,7 +21,7 @@ pub struct State<T> {
 }
 
 /// What happened at an active contact during a step.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactStep<T: Scalar, const D: usize> {
     /// Who.
     pub id: ContactId,
@@ -39,6 +39,15 @@ pub struct ContactStep<T: Scalar, const D: usize> {
     pub normal_work: T,
     /// Tangential contact work u_{T,k+θ}·p_T (J).
     pub tangential_work: T,
+}
+
+impl<T: Scalar, const D: usize> ContactStep<T, D> {
+    /// A contact that did no more than carry `percussion`.
+    pub(super) fn resting(id: ContactId, interface: usize, gap: T, percussion: SVector<T, D>) -> Self {
+        let (zero, none) = (SVector::zeros(), T::zero());
+        let (normal_work, tangential_work) = (none, none);
+        Self { id, interface, gap, before: zero, after: zero, percussion, normal_work, tangential_work }
+    }
 }
 
 /// What a step did.

@@ -20,12 +20,16 @@ pub struct Settings<T> {
     /// Opt-out: accept a θ outside the interval in which a law is proved dissipative. Default `false`. Laws that
     /// claim no interval at all constrain θ in neither case.
     pub allow_unproved_theta: bool,
+    /// Leave islands of bodies at rest out of the steps until something touches them. Default `false`. It neglects motion
+    /// within the tolerance of the cone solver, and nothing else; systems that cannot say what rests
+    /// ([`MechanicalSystem::body_dofs`]), with joints or with forces that vary in time compute every step.
+    pub sleep: bool,
 }
 
 impl<T: Scalar> Settings<T> {
     /// θ and h, with the paper's active set (55).
     pub fn new(theta: T, step: T) -> Self {
-        Self { theta, step, activation: Activation::default(), allow_unproved_theta: false }
+        Self { theta, step, activation: Activation::default(), allow_unproved_theta: false, sleep: false }
     }
 }
 

@@ -4,6 +4,7 @@ use nalgebra::SVector;
 
 use super::clock::Clock;
 use super::nonlinear::Nonlinear;
+use super::rest::{Rest, RestMark};
 use super::{ContactStep, ThetaScheme};
 use crate::contact::ContactId;
 use crate::laws::ContactLaw;
@@ -26,6 +27,8 @@ pub struct Snapshot {
     v: Vec<f64>,
     energies: [f64; 3],
     contacts: Vec<(u64, Vec<f64>)>,
+    older: Vec<(u64, Vec<f64>)>,
+    rest: Option<RestMark>,
 }
 
 /// A snapshot that is not one of this scheme.
@@ -63,6 +66,8 @@ where
             v: plain(&self.state.v),
             energies: [energies.kinetic, energies.elastic, energies.potential].map(to_f64),
             contacts: self.last.contacts.iter().map(percussion).collect(),
+            older: self.older.iter().map(percussion).collect(),
+            rest: self.rest.as_ref().map(Rest::mark),
         }
     }
 
@@ -77,7 +82,7 @@ where
         if snapshot.q.len() != n || snapshot.v.len() != n {
             return refuse(&format!("{} degrees of freedom for {n}", snapshot.q.len()));
         }
-        let percussions = snapshot.contacts.iter().map(|(_, p)| p);
+        let percussions = snapshot.contacts.iter().chain(&snapshot.older).map(|(_, p)| p);
         if percussions.clone().any(|p| p.len() != D) {
             return refuse("percussions of another dimension");
         }
@@ -86,6 +91,13 @@ where
         }
         if !all_finite(snapshot.q.iter().chain(&snapshot.v).chain(percussions.flatten())) {
             return refuse("a number is not finite");
+        }
+        if let Some(rest) = &mut self.rest {
+            let awake = RestMark::awake(rest.bodies());
+            let mark = snapshot.rest.as_ref().unwrap_or(&awake);
+            if rest.restore(mark, self.laws.len(), &snapshot.contacts).is_none() {
+                return refuse("its bodies at rest are others");
+            }
         }
         self.state.index = snapshot.index();
         let [origin, low] = snapshot.clock.map(lit);
@@ -102,18 +114,14 @@ where
         }
         let energies = &mut self.last.energies;
         [energies.kinetic, energies.elastic, energies.potential] = snapshot.energies.map(lit);
-        let (zero, none) = (SVector::zeros(), T::zero());
-        self.last.contacts.clear();
-        self.last.contacts.extend(snapshot.contacts.iter().map(|(id, p)| ContactStep {
-            id: ContactId(*id),
-            interface: 0,
-            gap: none,
-            before: zero,
-            after: zero,
-            percussion: SVector::from_fn(|i, _| lit(p[i])),
-            normal_work: none,
-            tangential_work: none,
-        }));
+        for (list, numbers) in
+            [(&mut self.last.contacts, &snapshot.contacts), (&mut self.older, &snapshot.older)]
+        {
+            list.clear();
+            list.extend(numbers.iter().map(|(id, p)| {
+                ContactStep::resting(ContactId(*id), 0, T::zero(), SVector::from_fn(|i, _| lit(p[i])))
+            }));
+        }
         Ok(())
     }
 }

@@ -1,15 +1,18 @@
 //! The θ-step of Moreau–Jean (52) and Moreau–Jean–Frémond (63) in the one form every law shares.
 
+use std::iter::Peekable;
+
 use nalgebra::SVector;
 
-use super::islands::WORTH_SPLITTING;
+use super::islands::{WORTH_SPLITTING, choose_start};
 use super::nonlinear::Start;
 use super::record::Next;
 use super::{ActivationRule, ContactStep, Part, Settings, Step, StepError, ThetaScheme};
+use crate::cone::ConeProblem;
 use crate::contact::{Candidate, ContactId};
 use crate::energy::{Balance, Energies};
 use crate::laws::ContactLaw;
-use crate::linalg::{axpy, dot, sums};
+use crate::linalg::{Factor, axpy, dot, sums};
 use crate::scalar::{Scalar, all_finite, lit, to_f64};
 use crate::solver::{ConeSolver, Solution};
 use crate::system::{MechanicalSystem, Prescribed};
@@ -64,17 +67,28 @@ where
     }
 
     fn find_active_contacts(&mut self) -> Result<(), StepError> {
+        loop {
+            self.list_active_contacts()?;
+            let Self { rest, jacobian, .. } = self;
+            if !rest.as_mut().is_some_and(|rest| rest.wake(jacobian)) {
+                return Ok(());
+            }
+        }
+    }
+
+    fn list_active_contacts(&mut self) -> Result<(), StepError> {
         let h = self.settings.step;
         let (gap_tolerance, velocity_tolerance) = self.tolerances;
         let rule = self.settings.activation.rule;
         self.candidates.clear();
-        if rule == ActivationRule::CurrentGap {
-            self.system.candidates(&self.state.q, gap_tolerance, &mut self.candidates);
-        } else {
-            let Next { scratch, .. } = &mut self.next;
-            scratch.copy_from_slice(&self.state.q);
-            axpy(scratch, h, &self.state.v);
-            self.system.candidates(scratch, gap_tolerance, &mut self.candidates);
+        let Self { system, state, next: Next { scratch, .. }, rest, candidates, .. } = self;
+        scratch.copy_from_slice(&state.q);
+        if rule != ActivationRule::CurrentGap {
+            axpy(scratch, h, &state.v);
+        }
+        match rest {
+            Some(rest) => system.awake_candidates(scratch, gap_tolerance, rest.asleep(), candidates),
+            None => system.candidates(scratch, gap_tolerance, candidates),
         }
         self.candidates.sort_unstable_by_key(|candidate| candidate.id);
         self.jacobian.clear();
@@ -101,19 +115,9 @@ where
                 self.jacobian.truncate(row);
                 continue;
             }
-            let zero = SVector::zeros();
-            let (normal_work, tangential_work) = (T::zero(), T::zero());
-            let (after, percussion) = (zero, zero);
-            self.next.contacts.push(ContactStep {
-                id,
-                interface,
-                gap,
-                before,
-                after,
-                percussion,
-                normal_work,
-                tangential_work,
-            });
+            let contact =
+                ContactStep { before, ..ContactStep::resting(id, interface, gap, SVector::zeros()) };
+            self.next.contacts.push(contact);
         }
         Ok(())
     }
@@ -140,7 +144,9 @@ where
         b.clear();
         friction.clear();
         self.warm_start.clear();
+        self.older_start.clear();
         let mut known = self.last.contacts.iter().peekable();
+        let mut older = self.older.iter().peekable();
         for (i, contact) in self.next.contacts.iter().enumerate() {
             let law = &self.laws[contact.interface];
             let evaluation = law.evaluate(&contact.before, self.settings.theta);
@@ -157,14 +163,12 @@ where
             }
             b.push(self.jacobian.velocity(i, &self.next.v_free) + evaluation.b_shift(&contact.before));
             friction.push(law.friction());
-            // Both lists are ordered by identity: the percussion of the last step is found by walking along.
             if self.passes > 0 {
                 self.warm_start.push(self.percussions[i]);
                 continue;
             }
-            while known.next_if(|old| old.id < contact.id).is_some() {}
-            let old = known.next_if(|old| old.id == contact.id);
-            self.warm_start.push(old.map_or_else(SVector::zeros, |old| old.percussion));
+            self.warm_start.push(percussion_of(contact.id, &mut known));
+            self.older_start.push(percussion_of(contact.id, &mut older));
         }
         Ok(())
     }
@@ -176,12 +180,29 @@ where
         if contacts == 0 {
             return Ok(None);
         }
-        let Self { problem, islands, warm_start, percussions, solver, .. } = self;
+        let Self { problem, islands, percussions, solver, jacobian, factor, joints, .. } = self;
+        let (warm_start, older) = (&mut self.warm_start, &self.older_start);
+        // Of bodies that nothing but contacts couples the solver may see H and M̂.
+        let mut bodies = match factor {
+            Factor::Diagonal(inverse) if joints.is_empty() => Some((jacobian, inverse)),
+            _ => None,
+        };
+        let mut exchange = |problem: &mut ConeProblem<T, D>| {
+            if let Some((jacobian, inverse)) = &mut bodies {
+                problem.exchange_bodies(jacobian, inverse);
+            }
+        };
+        exchange(problem);
         let solved = if contacts > WORTH_SPLITTING && islands.split(problem.delassus()) > 1 {
-            islands.solve(problem, warm_start, percussions, solver)
+            islands.solve(problem, (warm_start, older), percussions, solver)
         } else {
+            // A single contact is solved exactly from anywhere.
+            if contacts > 1 {
+                choose_start(problem, warm_start, older, solver.stopping().tolerance);
+            }
             solver.solve(problem, warm_start, percussions).map_err(|source| (contacts, source))
         };
+        exchange(problem);
         solved.map(Some).map_err(|(contacts, source)| {
             let (step, time) = self.place();
             StepError::Solve { step, time, contacts, source }
@@ -234,7 +255,10 @@ where
         }
         balance.close();
         let (kinetic, elastic) = self.nonlinear.as_ref().map_or_else(
-            || (half * dot(&next.v, &next.momentum[1]), half * dot(&next.q, &next.elastic_force[1])),
+            || {
+                let stretch = system.stiffness().map(|_| dot(&next.q, &next.elastic_force[1]));
+                (half * dot(&next.v, &next.momentum[1]), half * stretch.unwrap_or_else(T::zero))
+            },
             |nonlinear| nonlinear.next_energies(&next.v),
         );
         let energies = Energies { kinetic, elastic, potential: system.forces().potential(&next.q) };
@@ -270,7 +294,7 @@ where
     }
 
     fn accept(&mut self, solution: Option<Solution<T>>, energies: Energies<T>, balance: Balance<T>) {
-        let Self { state, next, last, .. } = self;
+        let Self { system, state, next, last, older, rest, jacobian, .. } = self;
         if let Some(nonlinear) = &mut self.nonlinear {
             nonlinear.accept();
         }
@@ -278,13 +302,21 @@ where
         std::mem::swap(&mut state.v, &mut next.v);
         next.momentum.swap(0, 1);
         next.elastic_force.swap(0, 1);
-        std::mem::swap(&mut last.contacts, &mut next.contacts);
-        // The two lists take turns: both grow now, or the next contact would find the smaller one.
-        next.contacts.clear();
-        next.contacts.reserve(last.contacts.len());
-        (last.energies, last.balance, last.solution) = (energies, balance, solution);
         state.index += 1;
         state.time = self.clock.at(state.index, self.settings.step);
+        (last.energies, last.balance, last.solution) = (energies, balance, solution);
+        std::mem::swap(older, &mut last.contacts);
+        if let Some(rest) = rest {
+            rest.merge(&next.contacts, &mut last.contacts);
+            let moving = (&mut *state.v, &mut *next.momentum[0]);
+            rest.settle(system.mass(), moving, &next.contacts, jacobian, state.index);
+            return;
+        }
+        std::mem::swap(&mut last.contacts, &mut next.contacts);
+        // The lists take turns: they grow now, or the next contact would find a smaller one.
+        next.contacts.clear();
+        next.contacts.reserve(last.contacts.len());
+        older.reserve(last.contacts.len().saturating_sub(older.len()));
     }
 
     /// Number of the step being made, and the time at its end.
@@ -310,4 +342,13 @@ where
         let (step, time) = self.place();
         StepError::Unknown { step, time, contact: self.system.contact_label(contact), what, index, count }
     }
+}
+
+/// The percussion of contact `id` in a list ordered by identity, found by walking along; zero where it is not there.
+fn percussion_of<'a, T: Scalar, const D: usize>(
+    id: ContactId,
+    list: &mut Peekable<impl Iterator<Item = &'a ContactStep<T, D>>>,
+) -> SVector<T, D> {
+    while list.next_if(|old| old.id < id).is_some() {}
+    list.next_if(|old| old.id == id).map_or_else(SVector::zeros, |old| old.percussion)
 }

@@ -9,12 +9,13 @@ use super::joints::Joints;
 use super::kept::{Kept, constant_rows};
 use super::nonlinear::Nonlinear;
 use super::record::Next;
+use super::rest::Rest;
 use super::setup::{
     check_joints, check_laws, check_settings, check_sizes, coupling, iteration_matrix, tolerances,
 };
 use super::variable::Lengths;
 use super::velocity::Form;
-use super::{Settings, SetupError, State, Step};
+use super::{ContactStep, Settings, SetupError, State, Step};
 use crate::cone::ConeProblem;
 use crate::contact::Candidate;
 use crate::energy::{Balance, Energies};
@@ -44,6 +45,7 @@ pub struct ThetaScheme<T: Scalar, const D: usize, S, L, V> {
     pub(super) kept: Option<Kept<T, D>>,
     pub(super) assembler: Assembler<T, D>,
     pub(super) islands: Islands<T, D>,
+    pub(super) rest: Option<Rest<T, D>>,
     pub(super) joints: Joints<T>,
     /// Length (m) that scales the tolerance of the joints, and speed (m/s) of the differences of a nonlinear system.
     pub(super) scales: Scales<T>,
@@ -57,11 +59,15 @@ pub struct ThetaScheme<T: Scalar, const D: usize, S, L, V> {
     pub(super) lengths: Lengths<T, D>,
     pub(super) state: State<T>,
     pub(super) last: Step<T, D>,
+    /// Contacts of the step before the last.
+    pub(super) older: Vec<ContactStep<T, D>>,
     pub(super) next: Next<T, D>,
     pub(super) candidates: Vec<Candidate<T>>,
     pub(super) jacobian: BlockRows<T, D>,
     pub(super) problem: ConeProblem<T, D>,
+    /// Percussions of the last step, and of the one before.
     pub(super) warm_start: Vec<SVector<T, D>>,
+    pub(super) older_start: Vec<SVector<T, D>>,
     pub(super) percussions: Vec<SVector<T, D>>,
 }
 
@@ -124,6 +130,8 @@ where
             return Err(SetupError::Energy { kinetic, elastic });
         }
         let tolerances = tolerances(&settings.activation, solver.stopping().tolerance, &system, &q, &v)?;
+        let rest = settings.sleep.then(|| Rest::new(&system, settings.step, solver.stopping().tolerance));
+        let rest = rest.flatten();
         let joints = Joints::new(system.joint_rows(), n);
         Ok(Self {
             system,
@@ -138,6 +146,7 @@ where
             kept,
             assembler: Assembler::new(n, free),
             islands: Islands::default(),
+            rest,
             joints,
             scales,
             nonlinear,
@@ -147,11 +156,13 @@ where
             lengths: Lengths::default(),
             state: State { index: 0, time: start_time, q, v },
             last: Step { contacts: Vec::new(), energies, balance: Balance::default(), solution: None },
+            older: Vec::new(),
             next,
             candidates: Vec::new(),
             jacobian: BlockRows::new(),
             problem: ConeProblem::default(),
             warm_start: Vec::new(),
+            older_start: Vec::new(),
             percussions: Vec::new(),
         })
     }

@@ -69,6 +69,7 @@ pub(crate) struct Saved<T: Scalar, const D: usize> {
     momentum: Vec<T>,
     elastic_force: Vec<T>,
     pub(crate) contacts: Vec<ContactStep<T, D>>,
+    older: Vec<ContactStep<T, D>>,
     energies: Energies<T>,
     balance: Balance<T>,
     solution: Option<Solution<T>>,
@@ -95,10 +96,13 @@ where
     ///
     /// # Errors
     /// [`SetupError`]: h not finite or ≤ 0, M̂ not positive definite; displacements that move, whose states q_k depend
-    /// on h. The length is then as it was.
+    /// on h; bodies that may sleep. The length is then as it was.
     pub fn set_step(&mut self, step: T) -> Result<(), SetupError> {
         if self.system.prescribed().is_some_and(Prescribed::moves) {
             return Err(SetupError::MovingStep);
+        }
+        if self.rest.is_some() {
+            return Err(SetupError::SleepingStep);
         }
         if step == self.settings.step {
             return Ok(());
@@ -213,6 +217,7 @@ where
             momentum: self.next.momentum[0].clone(),
             elastic_force: self.next.elastic_force[0].clone(),
             contacts: self.last.contacts.clone(),
+            older: self.older.clone(),
             energies: self.last.energies,
             balance: self.last.balance,
             solution: self.last.solution,
@@ -228,6 +233,7 @@ where
             saved.elastic_force.copy_from_slice(&self.next.elastic_force[0]);
         }
         saved.contacts.clone_from(&self.last.contacts);
+        saved.older.clone_from(&self.older);
         (saved.energies, saved.balance, saved.solution) =
             (self.last.energies, self.last.balance, self.last.solution);
         saved.clock = self.clock.moved(self.state.index, self.settings.step);
@@ -245,6 +251,7 @@ where
             nonlinear.start_from(dynamics, &saved.q);
         }
         self.last.contacts.clone_from(&saved.contacts);
+        self.older.clone_from(&saved.older);
         (self.last.energies, self.last.balance, self.last.solution) =
             (saved.energies, saved.balance, saved.solution);
         self.clock = saved.clock;

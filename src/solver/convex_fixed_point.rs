@@ -270,6 +270,10 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for ConvexFixedPoint<T, D> {
                 }
                 self.anderson.advance(&mut self.shift, &self.image);
                 self.shift.iter_mut().for_each(|s| *s = s.max(T::zero()));
+                if since_best >= STAGNATION && problem.solved_to_rounding(&self.best, best) {
+                    r.copy_from_slice(&self.best);
+                    return Ok(step);
+                }
                 if since_best >= STAGNATION {
                     restarts += 1;
                     damping = (damping * lit::<T>(0.5)).max(lit::<T>(0.125));

@@ -129,6 +129,8 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for Extragradient<T, D> {
         // Where nothing resists (no solution, r grows for ever) the step must not outrun the digits of r.
         let (shortest, longest) = (lit::<T>(1e-12), lit::<T>(1e4));
         let budget = control.max_iterations(DEFAULT_ITERATIONS);
+        // Measured again in the problem's units, the residual may differ by rounding.
+        let target = control.tolerance() * lit::<T>(0.95);
         let mut iterations = budget;
         fill_force(p, &self.r, &mut self.force);
         for iteration in 1..=budget + 1 {
@@ -141,7 +143,7 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for Extragradient<T, D> {
                 self.best.copy_from_slice(&self.r);
             }
             // The last round only measures.
-            if iteration > budget || !control.proceed(iteration - 1, best) || best <= control.tolerance() {
+            if iteration > budget || !control.proceed(iteration - 1, best) || best <= target {
                 iterations = iteration - 1;
                 break;
             }

@@ -16,6 +16,10 @@ const STALLED: usize = 10;
 const WARM_CONTACTS: usize = 50;
 const WARM_RESIDUAL: f64 = 0.1;
 
+/// Within this scaled residual a start is left to the proximal Newton method, which stays near it: sweeps, and a smaller
+/// proximal term, wander among the percussions that redundant contacts allow.
+const NEAR_RESIDUAL: f64 = 1e-5;
+
 /// Settings of [`Hybrid`].
 #[derive(Debug, Clone)]
 pub struct HybridSettings<T> {
@@ -83,7 +87,11 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for Hybrid<T, D> {
         let sweeps = self.settings.sweeps.unwrap_or_else(|| (16 * blocks / m).clamp(20, 400));
         // A start that is nearly right has its statuses: Newton finishes it in a few steps with little proximal term.
         let cold = r.iter().all(|r| *r == SVector::<T, D>::zeros());
-        let warm = m >= WARM_CONTACTS && !cold && problem.residual(r).scaled <= lit::<T>(WARM_RESIDUAL);
+        let start = if cold || m == 1 { T::infinity_impl() } else { problem.residual(r).scaled };
+        if start <= lit::<T>(NEAR_RESIDUAL) {
+            return self.newton.run(problem, r, None, 0, control);
+        }
+        let warm = m >= WARM_CONTACTS && start <= lit::<T>(WARM_RESIDUAL);
         let (sweeps, proximal) = if warm { (sweeps.min(4), Some(lit::<T>(1e-6))) } else { (sweeps, None) };
         let patience = Patience { sweeps: sweeps.min(control.max_iterations(sweeps)), stalled: STALLED };
         let run = self.sweeps.run(problem, r, Sweep::Forward, patience, control);

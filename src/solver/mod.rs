@@ -54,8 +54,25 @@ pub use semismooth_newton::{SemismoothNewton, SemismoothNewtonSettings};
 pub struct Solution<T> {
     /// Iterations of the solver, in its own unit (sweeps, Newton steps, convex programs).
     pub iterations: usize,
-    /// Residual of the percussions returned.
+    /// Residual of the percussions returned, [`ConeProblem::residual`]; where rounding decides, that of
+    /// [`ConeProblem::precise_residual`].
     pub residual: Residual<T>,
+    /// Whether that is the tolerance asked for, or all that percussions of this precision can reach.
+    pub accuracy: Accuracy<T>,
+}
+
+/// What a solution was accepted by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Accuracy<T> {
+    /// The scaled residual is within the tolerance.
+    Tolerance,
+    /// The tolerance lies below what rounding leaves in working precision: the scaled residual, evaluated precisely, is
+    /// within [`ConeProblem::floor`], or within the tolerance after all. Large percussions that nearly cancel make it so:
+    /// light bodies between heavy ones.
+    Rounding {
+        /// The floor (dimensionless).
+        floor: T,
+    },
 }
 
 /// Why a cone problem was not solved.
@@ -175,9 +192,18 @@ pub trait ConeSolver<T: Scalar, const D: usize>: Debug + Send {
             }
         };
         let residual = problem.residual(r);
-        // Written so that a NaN residual fails.
+        // Both tests are written so that a NaN residual fails.
         if residual.scaled <= stopping.tolerance {
-            return Ok(Solution { iterations, residual });
+            return Ok(Solution { iterations, residual, accuracy: Accuracy::Tolerance });
+        }
+        let floor = problem.floor(r);
+        if ConeProblem::<T, D>::is_near_floor(residual.scaled, floor) {
+            // Not to be confused with the rounding of its own evaluation.
+            let precise = problem.precise_residual(r);
+            if precise.scaled <= stopping.tolerance.max(floor) {
+                let accuracy = Accuracy::Rounding { floor };
+                return Ok(Solution { iterations, residual: precise, accuracy });
+            }
         }
         Err(SolveError::NotConverged {
             solver: self.name(),

@@ -2,7 +2,7 @@
 
 use nalgebra::{ComplexField, SVector};
 
-use super::newton::{Inner, Map, Outcome, Scaled};
+use super::newton::{Inner, Map, Outcome, Refinement, Scaled};
 use super::{Breakdown, ConeSolver, Control, Description, Family, Stopping};
 use crate::cone::ConeProblem;
 use crate::scalar::{Scalar, epsilon, lit};
@@ -168,12 +168,13 @@ impl Attempt {
 pub(super) struct ProximalPoint<T: Scalar, const D: usize> {
     scaled: Scaled<T, D>,
     inner: Inner<T, D>,
+    refinement: Refinement<T, D>,
     best: Vec<SVector<T, D>>,
 }
 
 impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
     pub(super) fn new() -> Self {
-        Self { scaled: Scaled::new(), inner: Inner::new(), best: Vec::new() }
+        Self { scaled: Scaled::new(), inner: Inner::new(), refinement: Refinement::new(), best: Vec::new() }
     }
 
     /// Improves `r`, counting iterations from `before`; `r` is left at the best iterate.
@@ -185,7 +186,7 @@ impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
         before: usize,
         control: &mut Control<'_, T>,
     ) -> Result<usize, Breakdown> {
-        let Self { scaled, inner, best } = self;
+        let Self { scaled, inner, refinement, best } = self;
         scaled.prepare(problem);
         inner.start(scaled, r);
         // Measured again in the problem's units, the residual may differ by rounding.
@@ -202,7 +203,21 @@ impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
         best.extend_from_slice(&inner.r);
         let mut reason = None;
         let mut finished = smallest <= target;
+        // The residual below which refinement is worth another try.
+        let mut refined_below = T::infinity_impl();
         while !finished && steps < budget {
+            if smallest < refined_below {
+                refined_below = smallest * lit::<T>(0.5);
+                scaled.leave(best, r);
+                let floor = problem.floor(r);
+                if ConeProblem::<T, D>::is_near_floor(smallest, floor) {
+                    let (residual, taken) = refinement.run(scaled, problem, r, (target, floor));
+                    steps += taken;
+                    if residual <= target.max(floor) {
+                        return Ok(before + steps);
+                    }
+                }
+            }
             let (outcome, taken) = inner.solve(scaled, schedule.a, target);
             steps += taken;
             let residual = scaled.residual(&inner.r, &inner.w);

@@ -223,6 +223,13 @@ impl<T: Scalar, const D: usize> SemismoothNewton<T, D> {
         self.reached
     }
 
+    /// Whether rounding explains what the best iterate leaves.
+    fn is_exhausted(&mut self, problem: &ConeProblem<T, D>) -> bool {
+        self.trial.clone_from(&self.best);
+        self.scaled.unscale_into(&self.best, &mut self.trial);
+        problem.solved_to_rounding(&self.trial, self.best_residual)
+    }
+
     /// Proximal point steps from `self.r` with a first weight `a`.
     fn proximal(
         &mut self,
@@ -344,6 +351,10 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for SemismoothNewton<T, D> {
                 end = self.phase(formulation, (T::zero(), damping), direct, problem, control);
             }
             if end == End::Over || !self.settings.fallback || self.steps >= budget {
+                break;
+            }
+            if self.is_exhausted(problem) {
+                end = End::Over;
                 break;
             }
             if attempt == 0 {

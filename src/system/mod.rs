@@ -71,6 +71,18 @@ pub trait MechanicalSystem<T: Scalar, const D: usize>: Debug + Send {
     /// `&mut self` lets a broad phase keep its order from one call to the next.
     fn candidates(&mut self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>);
 
+    /// Degrees of freedom of a body, where the system is one of bodies, body i with those from i times this number on, that
+    /// nothing but contacts couples. Bodies at rest then may leave the steps, see [`scheme`](crate::scheme).
+    fn body_dofs(&self) -> Option<usize> {
+        None
+    }
+
+    /// As [`candidates`](Self::candidates), without those between bodies that are `asleep`, or between such a body and
+    /// obstacles. A system with [`body_dofs`](Self::body_dofs) overrides it: by default all are found, and wake everybody.
+    fn awake_candidates(&mut self, q: &[T], reach: T, _asleep: &[bool], out: &mut Vec<Candidate<T>>) {
+        self.candidates(q, reach, out);
+    }
+
     /// Appends the block row H^α(q), of a candidate that [`candidates`](Self::candidates) named, to `out`.
     fn jacobian(&self, contact: ContactId, q: &[T], out: &mut BlockRows<T, D>);
 
@@ -155,6 +167,12 @@ impl<T: Scalar, const D: usize, S: MechanicalSystem<T, D> + ?Sized> MechanicalSy
     }
     fn candidates(&mut self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>) {
         (**self).candidates(q, reach, out);
+    }
+    fn body_dofs(&self) -> Option<usize> {
+        (**self).body_dofs()
+    }
+    fn awake_candidates(&mut self, q: &[T], reach: T, asleep: &[bool], out: &mut Vec<Candidate<T>>) {
+        (**self).awake_candidates(q, reach, asleep, out);
     }
     fn jacobian(&self, contact: ContactId, q: &[T], out: &mut BlockRows<T, D>) {
         (**self).jacobian(contact, q, out);

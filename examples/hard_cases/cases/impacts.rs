@@ -29,7 +29,7 @@ pub(crate) const CASES: &[Case] = &[
                  without collision p = −W⁻¹b",
         about: "rod sliding on its tip, both directions, 0.1 s of h = 1e-4 s each. Inconsistent case: the unique \
                 solution is stick. Three solutions (b_N > 0): take-off, as `ConeSolver::solve` tests it first.",
-        peer: "census of 200,000 planar contacts: 1 or 3 solutions, never 0",
+        peer: "Painlevé (1895), least μ_crit 4/3; census of 200,000 planar contacts: 1 or 3 solutions, never 0",
         runs: &[("f64", painleve::<f64>), ("f32", painleve::<f32>)],
     },
 ];

@@ -59,7 +59,7 @@ fn long(choice: &Choice<'_>) -> Result<Outcome, String> {
     };
     let laws: Vec<Law<f64, 2>> = vec![law(choice, 1.0, mu), law(choice, resting, mu)];
     let system = builder.build().expect("bodies");
-    let mut scheme = scheme_of(system, laws, solver(choice, 1e-12), (0.5, h), None, (q, v))?;
+    let mut scheme = scheme_of(system, laws, solver(choice, 1e-12), (0.5, h), (None, false), (q, v))?;
     let (mut imbalance, mut work) = (0.0_f64, f64::MIN);
     let mut scale = 0.0_f64;
     let mut watch = |scheme: &super::support::Scheme<f64, 2>| {

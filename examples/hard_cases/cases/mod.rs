@@ -9,7 +9,7 @@ mod impacts;
 mod long;
 pub(crate) mod masonry;
 mod oscillator;
-mod pendulum;
+pub(crate) mod pendulum;
 pub(crate) mod stacks;
 pub(crate) mod support;
 

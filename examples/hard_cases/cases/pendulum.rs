@@ -45,6 +45,17 @@ fn kane(choice: &Choice<'_>) -> Result<Outcome, String> {
     Ok(outcome)
 }
 
+/// Times and energies above straight down (s, J) from the first impact on, `steps` steps of 1e-4 s with restitution e.
+pub(crate) fn energies(choice: &Choice<'_>, e: f64, steps: usize) -> Result<[Vec<f64>; 2], String> {
+    let mut scheme = start(choice, e, 1e-4)?;
+    let (mut times, mut energies) = (vec![0.0], vec![scheme.last_step().energies.mechanical() + 2.0 * G]);
+    drive(&mut scheme, steps, &mut Outcome::default(), |scheme| {
+        times.push(scheme.state().time);
+        energies.push(scheme.last_step().energies.mechanical() + 2.0 * G);
+    })?;
+    Ok([times, energies])
+}
+
 /// The pendulum with restitution e until it rests on the floor.
 fn run(choice: &Choice<'_>, e: f64, outcome: &mut Outcome) -> Result<(), String> {
     let h = 1e-4;
@@ -53,7 +64,7 @@ fn run(choice: &Choice<'_>, e: f64, outcome: &mut Outcome) -> Result<(), String>
     let above = |mechanical: f64| mechanical + 2.0 * G;
     let initial = above(scheme.last_step().energies.mechanical());
     let (mut impacts, mut gain, mut worst, mut imbalance) = (0, f64::MIN, f64::MIN, 0.0_f64);
-    let (mut first_five, mut passes) = (0.0, 0);
+    let (mut works, mut passes) = (Vec::new(), 0);
     drive(&mut scheme, if choice.full { 20_000 } else { 10_000 }, outcome, |scheme| {
         let step = scheme.last_step();
         // Faster than what falls within a few steps of a contact at rest.
@@ -63,7 +74,7 @@ fn run(choice: &Choice<'_>, e: f64, outcome: &mut Outcome) -> Result<(), String>
         worst = worst.max(work);
         if hit && impacts <= 5 {
             gain = gain.max(work);
-            first_five += work;
+            works.push(format!("{work:+.6e}"));
         }
         imbalance = imbalance.max(step.balance.imbalance.abs());
         passes = passes.max(scheme.passes());
@@ -81,7 +92,7 @@ fn run(choice: &Choice<'_>, e: f64, outcome: &mut Outcome) -> Result<(), String>
             1e-13 * initial,
         );
     }
-    outcome.note(format!("e = {e}: contact work of the first five impacts {first_five:+.6e} J"));
+    outcome.note(format!("e = {e}: work of the first five impacts {} J", works.join(", ")));
     outcome.note(format!("e = {e}: {impacts} impacts, energy {initial:.6} → {end:.6} J, passes ≤ {passes}"));
     Ok(())
 }

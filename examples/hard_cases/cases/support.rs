@@ -132,21 +132,22 @@ pub(crate) fn scheme<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
 ) -> Result<Scheme<T, D, S>, String> {
     let laws: Vec<Law<T, D>> = (0..system.interfaces()).map(|_| law(choice, e, mu)).collect();
     let theta = laws.first().map_or_else(|| lit(0.5), |law| theta::<T, D>(&**law));
-    scheme_of(system, laws, solver(choice, tolerance), (to_f64(theta), h), None, (q, v))
+    scheme_of(system, laws, solver(choice, tolerance), (to_f64(theta), h), (None, false), (q, v))
 }
 
-/// A scheme with `predicted-gap` activation and a gap tolerance (m), by default that of rounding.
+/// A scheme with `predicted-gap` activation, a gap tolerance (m), by default that of rounding, and bodies at rest that
+/// sleep or do not.
 pub(crate) fn scheme_of<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
     system: S,
     laws: Vec<Law<T, D>>,
     solver: Solver<T, D>,
     (theta, h): (f64, f64),
-    gap_tolerance: Option<f64>,
+    (gap_tolerance, sleep): (Option<f64>, bool),
     (q, v): (Vec<T>, Vec<T>),
 ) -> Result<Scheme<T, D, S>, String> {
     let activation =
         Activation { gap_tolerance: gap_tolerance.map(lit), ..Activation::new(ActivationRule::PredictedGap) };
-    let settings = Settings { activation, ..Settings::new(lit(theta), lit(h)) };
+    let settings = Settings { activation, sleep, ..Settings::new(lit(theta), lit(h)) };
     ThetaScheme::new(system, laws, solver, settings, lit(0.0), q, v).map_err(|error| error.to_string())
 }
 

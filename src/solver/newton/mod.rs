@@ -4,8 +4,10 @@ mod body_space;
 mod contact_space;
 mod inner;
 mod maps;
+mod refine;
 mod scaled;
 
 pub(super) use inner::{Inner, Outcome, spread};
 pub(super) use maps::Map;
+pub(super) use refine::Refinement;
 pub(super) use scaled::Scaled;

@@ -96,6 +96,17 @@ impl<T: Scalar, const D: usize> Scaled<T, D> {
         }
     }
 
+    /// N s of a scaled percussion 1 of contact `contact`.
+    pub(super) fn unit(&self, contact: usize) -> T {
+        self.beta * self.scale[contact]
+    }
+
+    /// w′ = S w/β of w.
+    pub(super) fn enter_velocities(&self, w: &[SVector<T, D>], scaled: &mut Vec<SVector<T, D>>) {
+        scaled.clear();
+        scaled.extend(w.iter().zip(&self.scale).map(|(w, &s)| w * (s / self.beta)));
+    }
+
     /// `onto` ← the projection of r on the cones.
     pub(super) fn project(&self, r: &[SVector<T, D>], onto: &mut [SVector<T, D>]) {
         onto.iter_mut().zip(r).zip(&self.friction).for_each(|((onto, r), &mu)| *onto = project(r, mu));

@@ -92,8 +92,12 @@ impl<T: Scalar> RigidBodies<T> {
         self.contactors.iter().map(outline).collect()
     }
 
-    fn plane_candidates(&self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>) {
+    /// Candidates with half-planes of the bodies that do not sleep; `asleep` is empty where none does.
+    fn plane_candidates(&self, q: &[T], reach: T, asleep: &[bool], out: &mut Vec<Candidate<T>>) {
         for (i, contactor) in self.contactors.iter().enumerate() {
+            if asleep.get(contactor.body) == Some(&true) {
+                continue;
+            }
             let mut centre = None;
             for (j, plane) in self.planes.iter().enumerate() {
                 let Some(interface) = self.interfaces.between(contactor.group, plane.group) else { continue };
@@ -122,7 +126,8 @@ impl<T: Scalar> RigidBodies<T> {
         }
     }
 
-    fn pair_candidates(&mut self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>) {
+    /// Candidates between bodies of which one is awake.
+    fn pair_candidates(&mut self, q: &[T], reach: T, asleep: &[bool], out: &mut Vec<Candidate<T>>) {
         if self.sweep.is_empty() {
             return;
         }
@@ -130,7 +135,8 @@ impl<T: Scalar> RigidBodies<T> {
         sweep.update(|i| (contactors[i].position(q), contactors[i].radius));
         sweep.for_each_near_pair(reach, |i, j, (x, y)| {
             let (one, other) = (&contactors[i], &contactors[j]);
-            if one.body == other.body {
+            let sleeps = |body: usize| asleep.get(body) == Some(&true);
+            if one.body == other.body || sleeps(one.body) && sleeps(other.body) {
                 return;
             }
             let Some(interface) = interfaces.between(one.group, other.group) else { return };
@@ -263,8 +269,17 @@ impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for RigidBodies<T> {
     }
 
     fn candidates(&mut self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>) {
-        self.plane_candidates(q, reach, out);
-        self.pair_candidates(q, reach, out);
+        self.plane_candidates(q, reach, &[], out);
+        self.pair_candidates(q, reach, &[], out);
+    }
+
+    fn body_dofs(&self) -> Option<usize> {
+        Some(3)
+    }
+
+    fn awake_candidates(&mut self, q: &[T], reach: T, asleep: &[bool], out: &mut Vec<Candidate<T>>) {
+        self.plane_candidates(q, reach, asleep, out);
+        self.pair_candidates(q, reach, asleep, out);
     }
 
     fn jacobian(&self, contact: ContactId, q: &[T], out: &mut BlockRows<T, D>) {
