@@ -142,8 +142,8 @@ where
 
     /// Whether a contact that is open, or opens, may close within the time `size`: a trial step then comes first, whose path
     /// tells when.
-    pub(super) fn may_close(&self, size: T) -> bool {
-        let acceleration = self.acceleration * self.scheme.scales().length;
+    pub(super) fn may_close(&self, size: T, caution: T) -> bool {
+        let acceleration = caution * self.acceleration * self.scheme.scales().length;
         let falls = |near: &Near<T>| near.gap + size * (near.rate - acceleration * size) < T::zero();
         let moves = |near: &Near<T>| abs(near.rate) * size > self.closed;
         self.near.iter().any(|near| (!self.touched(near) || moves(near)) && falls(near))
@@ -200,6 +200,7 @@ where
         let landing = closed * lit::<T>(LANDING);
         let mut level = landing;
         let mut from = (T::zero(), near.gap - landing);
+        let mut fine = closed * lit::<T>(0.05);
         if near.gap <= landing || (self.touched(near) && near.rate > T::zero()) {
             // It has just bounced: the way up comes first.
             let fall = (end - near.gap - near.rate * size) * lit::<T>(2.0) / (size * size);
@@ -214,13 +215,14 @@ where
             if room >= top + top && kept {
                 return Meeting::Rest(room);
             }
+            fine = smaller(fine, near.rate * top * lit::<T>(1e-3));
             level = smaller(near.gap, landing);
             from = (top, self.gap_on_path(near, top) - level);
             if !(from.1 > T::zero()) {
                 return Meeting::At(size * half);
             }
         }
-        let close = closed * lit::<T>(0.05) + lit::<T>(4.0) * epsilon::<T>() * self.scheme.scales().length;
+        let close = fine + lit::<T>(4.0) * epsilon::<T>() * self.scheme.scales().length;
         let time =
             falling_root(from, (size, end - level), close, |time| self.gap_on_path(near, time) - level);
         Meeting::At(time)
@@ -284,7 +286,7 @@ where
         if hit {
             return Some(if i > 0 { third * lit::<T>(i as f64) } else { third * lit::<T>(0.5) });
         }
-        if near.is_empty() {
+        if !self.watches {
             return None;
         }
         point.copy_from_slice(&scheme.state().q);

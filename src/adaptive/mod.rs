@@ -18,7 +18,7 @@
 //!
 //! Every step kept is one θ-step of the scheme with its θ and its laws, never an extrapolation, so that the balance (56)
 //! and the sign of the contact works hold at each of them. The tolerances of the active set alone, where the user gave
-//! none, follow ε: γ = 10⁻⁴ ε L on gaps.
+//! none, are others: γ = 10⁻⁴ ε L on gaps, and on speeds that of a bounce which rounding hides, 1024 ε_machine L high.
 //!
 //! - **Between events** one step of 3h is compared with three of h, which are kept where
 //!   e_q + (T − t) e_v ≤ ½ ε 3h/(T − t₀): errors per unit of time, those of the velocity at what they become until T.
@@ -34,8 +34,9 @@
 //!   for one that closes, no step is longer than a free candidate takes to close at its present speed; near a grazing
 //!   contact that halves the distance step by step.
 //! - **Dips.** A gap with a minimum between the ends of three steps is looked at there.
-//! - **Accumulation.** A bounce lower than γ is not resolved: a step of γ/|u_N| keeps the contact active, which the law
-//!   brings to rest; both series are geometric, O(log 1/ε) steps. e = 1 never rests.
+//! - **Accumulation.** Bounces are followed down, three steps each. One that the active set would keep (by predicted gaps
+//!   if it is lower than γ, by rule (55) if rounding hides it) is not flown: a step of γ/|u_N| keeps the contact active,
+//!   and the law brings it to rest. Both series are geometric, O(log) steps. e = 1 never rests.
 //! - **Ends of sliding.** Sliding that ends within a step is ended by a step of its own, to where it would stop, up to
 //!   10⁻² ε L/(T − t) of speed. Sticking that ends, and contacts that lift, change their forces continuously: the
 //!   estimate is enough.

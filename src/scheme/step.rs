@@ -14,6 +14,9 @@ use crate::scalar::{Scalar, all_finite, lit, to_f64};
 use crate::solver::{ConeSolver, Solution};
 use crate::system::{MechanicalSystem, Prescribed};
 
+/// Most that percussions are scaled by to start the next step with, where its length is another.
+const MOST_GROWTH: f64 = 8.0;
+
 impl<T, const D: usize, S, L, V> ThetaScheme<T, D, S, L, V>
 where
     T: Scalar,
@@ -140,6 +143,11 @@ where
         b.clear();
         friction.clear();
         self.warm_start.clear();
+        // Percussions of a lasting contact grow with the step; those of an impact, made in a step of its own, do not.
+        let mut growth = self.settings.step / self.last_length;
+        if !(growth <= lit(MOST_GROWTH) && growth >= lit(1.0 / MOST_GROWTH)) {
+            growth = T::one();
+        }
         let mut known = self.last.contacts.iter().peekable();
         for (i, contact) in self.next.contacts.iter().enumerate() {
             let law = &self.laws[contact.interface];
@@ -164,7 +172,7 @@ where
             }
             while known.next_if(|old| old.id < contact.id).is_some() {}
             let old = known.next_if(|old| old.id == contact.id);
-            self.warm_start.push(old.map_or_else(SVector::zeros, |old| old.percussion));
+            self.warm_start.push(old.map_or_else(SVector::zeros, |old| old.percussion * growth));
         }
         Ok(())
     }
@@ -283,6 +291,7 @@ where
         next.contacts.clear();
         next.contacts.reserve(last.contacts.len());
         (last.energies, last.balance, last.solution) = (energies, balance, solution);
+        self.last_length = self.settings.step;
         state.index += 1;
         state.time = self.clock.at(state.index, self.settings.step);
     }

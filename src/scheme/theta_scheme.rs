@@ -57,6 +57,8 @@ pub struct ThetaScheme<T: Scalar, const D: usize, S, L, V> {
     pub(super) lengths: Lengths<T, D>,
     pub(super) state: State<T>,
     pub(super) last: Step<T, D>,
+    /// Length of the last step (s).
+    pub(super) last_length: T,
     pub(super) next: Next<T, D>,
     pub(super) candidates: Vec<Candidate<T>>,
     pub(super) jacobian: BlockRows<T, D>,
@@ -147,6 +149,7 @@ where
             lengths: Lengths::default(),
             state: State { index: 0, time: start_time, q, v },
             last: Step { contacts: Vec::new(), energies, balance: Balance::default(), solution: None },
+            last_length: settings.step,
             next,
             candidates: Vec::new(),
             jacobian: BlockRows::new(),

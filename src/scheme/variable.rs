@@ -72,6 +72,7 @@ pub(crate) struct Saved<T: Scalar, const D: usize> {
     energies: Energies<T>,
     balance: Balance<T>,
     solution: Option<Solution<T>>,
+    length: T,
     clock: Clock<T>,
 }
 
@@ -216,6 +217,7 @@ where
             energies: self.last.energies,
             balance: self.last.balance,
             solution: self.last.solution,
+            length: self.last_length,
             clock: self.clock.moved(self.state.index, self.settings.step),
         }
     }
@@ -230,6 +232,7 @@ where
         saved.contacts.clone_from(&self.last.contacts);
         (saved.energies, saved.balance, saved.solution) =
             (self.last.energies, self.last.balance, self.last.solution);
+        saved.length = self.last_length;
         saved.clock = self.clock.moved(self.state.index, self.settings.step);
     }
 
@@ -247,6 +250,7 @@ where
         self.last.contacts.clone_from(&saved.contacts);
         (self.last.energies, self.last.balance, self.last.solution) =
             (saved.energies, saved.balance, saved.solution);
+        self.last_length = saved.length;
         self.clock = saved.clock;
         (self.state.index, self.state.time) = (saved.clock.index, saved.clock.origin);
     }
