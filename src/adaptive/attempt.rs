@@ -34,7 +34,7 @@ const SMOOTH_POWER: f64 = 1.9;
 const JUMP: f64 = 0.05;
 
 /// Share of ε for what a force does unseen, before a contact starts to slide or lifts.
-const HIDDEN: f64 = 0.1;
+const HIDDEN: f64 = 0.01;
 
 /// Rounding of local velocities, in ε of the scene's speed.
 const ROUNDING: f64 = 1e5;
@@ -214,7 +214,10 @@ where
     /// an error until T over what is allowed: a body that sticks shows nothing of the forces on it until it slides.
     fn unresolved_force(&mut self, size: T) -> T {
         let third = size / lit::<T>(3.0);
-        if !self.scheme.system().forces().varies() || self.scheme.last_step().contacts.is_empty() {
+        let still = self.still();
+        let sticks =
+            |contact: &ContactStep<T, D>| contact.percussion[0] > T::zero() && !slides(contact, still);
+        if !self.scheme.system().forces().varies() || !self.scheme.last_step().contacts.iter().any(sticks) {
             return T::zero();
         }
         let Self { scheme, point, ahead, weights, start, .. } = self;
@@ -326,15 +329,19 @@ where
 /// below `still` are rounding.
 fn signature<T: Scalar, const D: usize>(contacts: &[ContactStep<T, D>], still: T) -> u64 {
     contacts.iter().fold(0xcbf2_9ce4_8422_2325, |hash: u64, contact| {
-        let sum = contact.before + contact.after;
-        let sliding = nalgebra::ComplexField::sqrt(larger(sum.norm_squared() - sum[0] * sum[0], T::zero()));
         let state = match contact.percussion[0] > T::zero() {
             false => return hash,
-            true if sliding > still => 1,
+            true if slides(contact, still) => 1,
             true => 2,
         };
         (hash ^ contact.id.0.wrapping_mul(4).wrapping_add(state)).wrapping_mul(0x0100_0000_01b3)
     })
+}
+
+/// Whether a contact slides over a step, faster than `still` in the mean.
+fn slides<T: Scalar, const D: usize>(contact: &ContactStep<T, D>, still: T) -> bool {
+    let sum = contact.before + contact.after;
+    larger(sum.norm_squared() - sum[0] * sum[0], T::zero()) > still * still
 }
 
 /// Whether H of the active contacts is the same in two steps: H(q_k) v_{k+1} of the first is H(q_{k+1}) v_{k+1} of the

@@ -245,7 +245,7 @@ where
         self.watches = self.may_close(size, lit::<T>(CAUTION));
         let mut misses = 0;
         for _ in 0..MOST_TRIALS {
-            if let Some(impact) = self.impact_length(size) {
+            if let Some(impact) = self.impact_length(size)? {
                 return self.make_impact(smaller(self.on_rung(impact), left));
             }
             size = self.keep_open(size);
@@ -286,7 +286,7 @@ where
         Ok(())
     }
 
-    fn underflow(&self, step: T, limit: Limit) -> AdaptiveError {
+    pub(super) fn underflow(&self, step: T, limit: Limit) -> AdaptiveError {
         let (error, share) = self.last_error;
         AdaptiveError::Underflow {
             time: to_f64(self.scheme.state().time),
