@@ -20,6 +20,7 @@ pub mod collection;
 pub mod cone;
 pub mod contact;
 pub mod energy;
+pub mod event_driven;
 #[cfg(feature = "fclib")]
 pub mod fclib;
 #[cfg(any(feature = "outputs", feature = "figures", feature = "fclib", feature = "vtk"))]
@@ -35,6 +36,8 @@ pub mod scene;
 pub mod scheme;
 pub mod simulate;
 pub mod solver;
+#[cfg(feature = "study")]
+pub mod study;
 #[cfg(feature = "suite")]
 pub mod suite;
 pub mod system;

@@ -58,7 +58,7 @@ impl Checkpoint {
     pub(super) fn new(scene: &Scene, every: usize) -> std::io::Result<Self> {
         Ok(Self {
             layout: LAYOUT,
-            fingerprint: fingerprint(scene)?,
+            fingerprint: scene.fingerprint()?.number(),
             every: every as u64,
             finished: Vec::new(),
             tables: CsvMark::default(),
@@ -93,25 +93,10 @@ impl Checkpoint {
             return Err(ResumeError::Layout { path });
         }
         let checkpoint: Self = postcard::from_bytes(&bytes).map_err(|error| unreadable(error.to_string()))?;
-        if checkpoint.fingerprint != fingerprint(scene).map_err(|error| unreadable(error.to_string()))? {
+        let own = scene.fingerprint().map_err(|error| unreadable(error.to_string()))?;
+        if checkpoint.fingerprint != own.number() {
             return Err(ResumeError::Scene { path });
         }
         Ok(checkpoint)
     }
-}
-
-/// A number that differs where the scene, its mesh file or the version of the program does (FNV-1a).
-fn fingerprint(scene: &Scene) -> std::io::Result<u64> {
-    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
-    let mut take = |bytes: &[u8]| {
-        bytes.iter().for_each(|&b| hash = (hash ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
-    };
-    take(env!("CARGO_PKG_VERSION").as_bytes());
-    // Another working folder names the same scene by another path.
-    let bare = Scene { folder: PathBuf::new(), ..scene.clone() };
-    take(format!("{bare:?}").as_bytes());
-    if let Some(file) = scene.solid.as_ref().and_then(|solid| solid.mesh.file.as_ref()) {
-        take(&std::fs::read(scene.folder.join(file))?);
-    }
-    Ok(hash)
 }

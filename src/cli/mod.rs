@@ -11,6 +11,7 @@ mod report;
 mod run;
 mod shown;
 mod stepper;
+mod study;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -33,6 +34,8 @@ enum Command {
     Solve(problems::SolveArguments),
     /// Run every solver over a folder of cone problems: table, curves, performance profile.
     Compare(problems::CompareArguments),
+    /// Run lists of settings over a scene, or solvers over problems: what accuracy costs.
+    Study(study::StudyArguments),
     /// List the contact laws with their parameters.
     Laws,
     /// List the cone solvers and when to choose them.
@@ -89,8 +92,12 @@ struct RunArguments {
     resume: Option<PathBuf>,
 }
 
+/// A run ended before its end time because a step failed.
+const FAILED: u8 = 1;
 /// The input or the output cannot be used.
 const UNUSABLE: u8 = 2;
+/// Interrupted by Ctrl-C.
+const INTERRUPTED: u8 = 130;
 
 /// Runs the program.
 pub(super) fn main() -> ExitCode {
@@ -98,6 +105,7 @@ pub(super) fn main() -> ExitCode {
         Command::Run(arguments) => run::run(&arguments),
         Command::Solve(arguments) => problems::solve(&arguments),
         Command::Compare(arguments) => problems::compare(&arguments),
+        Command::Study(arguments) => study::study(&arguments),
         Command::Laws => report::laws(),
         Command::Solvers => report::solvers(),
     };

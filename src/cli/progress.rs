@@ -8,6 +8,15 @@ use nonsmooth::scalar::{Scalar, to_f64};
 const THOUSANDTHS: u64 = 1000;
 const EVERY: usize = 100;
 
+/// A bar over the runs of a study.
+pub(super) fn runs_bar(runs: usize) -> ProgressBar {
+    let bar = ProgressBar::new(runs as u64);
+    if let Ok(style) = ProgressStyle::with_template("{wide_bar} {pos}/{len} runs, {eta} left") {
+        bar.set_style(style);
+    }
+    bar
+}
+
 /// Shows the steps of a run; hidden where the error stream is not a terminal.
 pub(super) struct Progress {
     bar: ProgressBar,

@@ -3,14 +3,15 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use cpu_time::ProcessTime;
+use cpu_time::ThreadTime;
 use nalgebra::SVector;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::solve::{Attempt, attempt};
 use super::{CollectionError, problem_name};
 use crate::cone::ConeProblem;
 use crate::fclib::{self, Cone};
+use crate::scalar::{Scalar, lit, to_f64};
 use crate::solver::{self, Progress, SOLVERS, Stopping};
 
 /// What a comparison is asked for.
@@ -44,7 +45,7 @@ pub struct Point {
 }
 
 /// One solver on one problem.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Measurement {
     /// Name of the problem.
     pub problem: String,
@@ -56,6 +57,10 @@ pub struct Measurement {
     pub solver: String,
     /// Whether it is a peer's, measured elsewhere.
     pub peer: bool,
+    /// Arithmetic, `f64` or `f32`; of a peer, as far as it is known.
+    pub scalar: String,
+    /// The tolerance.
+    pub tolerance: f64,
     /// Whether both residuals are within the tolerance (a peer: as it was judged).
     pub solved: bool,
     /// Iterations.
@@ -103,10 +108,7 @@ impl Benchmark {
         for file in files {
             let cone = read(file)?;
             for name in &solvers {
-                let measured = match &cone {
-                    Cone::Planar(cone) => measure(&problem_name(file), cone, name, options)?,
-                    Cone::Spatial(cone) => measure(&problem_name(file), cone, name, options)?,
-                };
+                let measured = measure(&problem_name(file), &cone, name, options)?;
                 tell(&measured);
                 measurements.push(measured);
             }
@@ -116,34 +118,77 @@ impl Benchmark {
 }
 
 impl BenchmarkOptions {
-    fn stopping(&self) -> Stopping<f64> {
-        Stopping { tolerance: self.tolerance, max_iterations: None, max_seconds: Some(self.max_seconds) }
+    fn stopping<T: Scalar>(&self) -> Stopping<T> {
+        Stopping { tolerance: lit(self.tolerance), max_iterations: None, max_seconds: Some(self.max_seconds) }
     }
 }
 
-fn read(file: &Path) -> Result<Cone, CollectionError> {
+/// Reads the cone problem of a file.
+///
+/// # Errors
+/// [`CollectionError::File`].
+pub fn read(file: &Path) -> Result<Cone, CollectionError> {
     let read = || fclib::read(file)?.cone();
     read().map_err(|source| CollectionError::File { path: file.into(), source })
 }
 
-fn measure<const D: usize>(
+/// Measures one solver on one problem.
+///
+/// # Errors
+/// [`CollectionError::Solve`], [`CollectionError::Solver`].
+pub fn measure(
     problem: &str,
-    cone: &ConeProblem<f64, D>,
+    cone: &Cone,
+    solver: &str,
+    options: &BenchmarkOptions,
+) -> Result<Measurement, CollectionError> {
+    match cone {
+        Cone::Planar(cone) => measure_in(problem, cone, cone, solver, options),
+        Cone::Spatial(cone) => measure_in(problem, cone, cone, solver, options),
+    }
+}
+
+/// [`measure`] in single precision. The percussions are judged by the residuals of the problem in double precision.
+///
+/// # Errors
+/// As [`measure`].
+pub fn measure_single(
+    problem: &str,
+    cone: &Cone,
+    solver: &str,
+    options: &BenchmarkOptions,
+) -> Result<Measurement, CollectionError> {
+    match cone {
+        Cone::Planar(cone) => measure_in(problem, cone, &cone.cast::<f32>(), solver, options),
+        Cone::Spatial(cone) => measure_in(problem, cone, &cone.cast::<f32>(), solver, options),
+    }
+}
+
+/// Solves `cone` and judges the percussions by `judge`, the same problem in double precision.
+fn measure_in<T: Scalar, const D: usize>(
+    problem: &str,
+    judge: &ConeProblem<f64, D>,
+    cone: &ConeProblem<T, D>,
     name: &str,
     options: &BenchmarkOptions,
 ) -> Result<Measurement, CollectionError> {
     let mut curve: Vec<Point> = Vec::new();
-    let (cpu, clock) = (ProcessTime::now(), Instant::now());
-    let mut record = |Progress { iterations, residual }: Progress<f64>| {
+    let (cpu, clock) = (ThreadTime::now(), Instant::now());
+    let judged = |r: &[SVector<T, D>]| {
+        judge.residual(&r.iter().map(|r| r.map(to_f64)).collect::<Vec<SVector<f64, D>>>())
+    };
+    let mut record = |Progress { iterations, residual }: Progress<T>| {
         // A hundredth of progress is enough for a figure.
         let last = curve.last().map_or(0, |point| point.iterations);
         if last < 100 || iterations >= last + last / 100 {
-            curve.push(Point { iterations, seconds: clock.elapsed().as_secs_f64(), residual });
+            let seconds = clock.elapsed().as_secs_f64();
+            curve.push(Point { iterations, seconds, residual: to_f64(residual) });
         }
     };
-    let Attempt { iterations, residual, tolerance, .. } =
+    let Attempt { r, iterations, tolerance, .. } =
         attempt(problem, cone, name, &options.stopping(), Some(&mut record))?;
     let (mut cpu_seconds, seconds) = (cpu.elapsed().as_secs_f64(), clock.elapsed().as_secs_f64());
+    let residual = judged(&r);
     curve.push(Point { iterations, seconds, residual: residual.scaled });
     let mut measured = Measurement {
         problem: problem.into(),
@@ -151,6 +196,8 @@ fn measure<const D: usize>(
         dimension: D,
         solver: name.into(),
         peer: false,
+        scalar: T::NAME.into(),
+        tolerance: options.tolerance,
         solved: residual.scaled <= options.tolerance && residual.natural <= options.tolerance,
         iterations,
         residual: residual.natural,
@@ -163,15 +210,16 @@ fn measure<const D: usize>(
     }
 
     let stopping = Stopping { tolerance, ..options.stopping() };
-    let mut solver = solver::build::<f64, D>(name, stopping)?;
+    let mut solver = solver::build::<T, D>(name, stopping)?;
     let start = vec![SVector::zeros(); cone.contacts()];
     let mut r = start.clone();
-    let repeat = if cpu_seconds > 2.0 && tolerance == options.tolerance { 0 } else { options.repeat.max(1) };
+    let repeat =
+        if cpu_seconds > 2.0 && to_f64(tolerance) == options.tolerance { 0 } else { options.repeat.max(1) };
     let mut timed = None::<f64>;
     for _ in 0..repeat {
         // Many at a time below the millisecond, so that the clock does not count.
         let batch = (1e-3 / cpu_seconds.max(1e-9)).ceil().clamp(1.0, 10_000.0) as usize;
-        let cpu = ProcessTime::now();
+        let cpu = ThreadTime::now();
         let mut outcome = solver.solve(cone, &start, &mut r);
         for _ in 1..batch {
             outcome = solver.solve(cone, &start, &mut r);
@@ -179,7 +227,7 @@ fn measure<const D: usize>(
         let time = cpu.elapsed().as_secs_f64() / batch as f64;
         cpu_seconds = time;
         // The solve that is timed is the one that is judged: from the start in one go.
-        let residual = cone.residual(&r);
+        let residual = judged(&r);
         if let Ok(solution) = outcome {
             measured.iterations = solution.iterations;
         }

@@ -11,16 +11,20 @@ mod lines;
 mod peer;
 mod profile;
 mod solve;
+mod sweep;
+#[cfg(feature = "figures")]
+mod sweep_figures;
 mod tables;
 
 use std::path::{Path, PathBuf};
 
-pub use benchmark::{Benchmark, BenchmarkOptions, Measurement, Point};
+pub use benchmark::{Benchmark, BenchmarkOptions, Measurement, Point, measure, measure_single, read};
 pub use profile::Profile;
 pub use solve::{
     Certificate, STATUS_TOLERANCE, SolveOptions, SolveReport, Solved, Statuses, Verdict, solve_file,
     solve_files,
 };
+pub use sweep::Sweep;
 pub use tables::{Ratio, SolverSummary};
 
 use crate::fclib::FclibError;
@@ -95,6 +99,6 @@ pub fn problem_files(folder: impl AsRef<Path>) -> Result<Vec<PathBuf>, Collectio
 }
 
 /// Name of a problem: its file without folder and ending.
-pub(crate) fn problem_name(path: &Path) -> String {
+pub fn problem_name(path: &Path) -> String {
     path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }

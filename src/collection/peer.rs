@@ -59,6 +59,8 @@ impl Benchmark {
                 dimension: line.dim,
                 solver: format!("{peer}/{}", line.solver),
                 peer: true,
+                scalar: <f64 as crate::scalar::Scalar>::NAME.into(),
+                tolerance: self.tolerance,
                 // Converged without a time is of no use to a comparison of times.
                 solved: line.converged && line.time.is_some_and(|t| t >= 0.0),
                 iterations: line.iterations.unwrap_or(0),

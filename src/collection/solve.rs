@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use cpu_time::ProcessTime;
+use cpu_time::ThreadTime;
 use nalgebra::SVector;
 use serde::Serialize;
 
@@ -12,6 +12,7 @@ use super::lines::{heading, json_line, text_line};
 use super::{CollectionError, problem_name};
 use crate::cone::{ConeProblem, Residual};
 use crate::fclib::{self, Cone, FclibError};
+use crate::scalar::{Scalar, epsilon, lit};
 use crate::solver::{self, Progress, SolveError, Stopping};
 
 /// A percussion within this relative distance of the boundary of its cone slides. Percussions of redundant contacts are
@@ -206,7 +207,7 @@ fn solve<const D: usize>(
     cone: &ConeProblem<f64, D>,
     options: &SolveOptions,
 ) -> Result<(SolveReport, Vec<f64>), CollectionError> {
-    let cpu = ProcessTime::now();
+    let cpu = ThreadTime::now();
     let attempt = attempt(name, cone, &options.solver, &stopping(options), None)?;
     let cpu_seconds = cpu.elapsed().as_secs_f64();
     let count = cone.count_status(&attempt.r, STATUS_TOLERANCE);
@@ -229,12 +230,12 @@ fn solve<const D: usize>(
 }
 
 /// Where a solver came to.
-pub(super) struct Attempt<const D: usize> {
-    pub(super) r: Vec<SVector<f64, D>>,
+pub(super) struct Attempt<T: Scalar, const D: usize> {
+    pub(super) r: Vec<SVector<T, D>>,
     pub(super) iterations: usize,
-    pub(super) residual: Residual<f64>,
+    pub(super) residual: Residual<T>,
     /// Tolerance on the scaled residual of the last call.
-    pub(super) tolerance: f64,
+    pub(super) tolerance: T,
     pub(super) reason: Option<String>,
 }
 
@@ -242,17 +243,17 @@ pub(super) struct Attempt<const D: usize> {
 const CALLS: usize = 4;
 
 /// Solves from r = 0 until both residuals are within the tolerance, or until the solver gives up.
-pub(super) fn attempt<const D: usize>(
+pub(super) fn attempt<T: Scalar, const D: usize>(
     name: &str,
-    cone: &ConeProblem<f64, D>,
+    cone: &ConeProblem<T, D>,
     solver: &str,
-    stopping: &Stopping<f64>,
-    mut observer: Option<&mut dyn FnMut(Progress<f64>)>,
-) -> Result<Attempt<D>, CollectionError> {
+    stopping: &Stopping<T>,
+    mut observer: Option<&mut dyn FnMut(Progress<T>)>,
+) -> Result<Attempt<T, D>, CollectionError> {
     let clock = Instant::now();
-    let zero = vec![SVector::<f64, D>::zeros(); cone.contacts()];
+    let zero = vec![SVector::<T, D>::zeros(); cone.contacts()];
     let mut best = Attempt {
-        residual: Residual { natural: f64::INFINITY, scaled: f64::INFINITY },
+        residual: Residual { natural: T::infinity_impl(), scaled: T::infinity_impl() },
         iterations: 0,
         tolerance: stopping.tolerance,
         reason: None,
@@ -265,9 +266,9 @@ pub(super) fn attempt<const D: usize>(
             break;
         }
         let stage = Stopping { tolerance: best.tolerance, max_seconds: left, ..stopping.clone() };
-        let mut solver = solver::build::<f64, D>(solver, stage)?;
+        let mut solver = solver::build::<T, D>(solver, stage)?;
         let before = best.iterations;
-        let mut shifted = |progress: Progress<f64>| {
+        let mut shifted = |progress: Progress<T>| {
             if let Some(observer) = observer.as_mut() {
                 observer(Progress { iterations: before + progress.iterations, ..progress });
             }
@@ -276,7 +277,7 @@ pub(super) fn attempt<const D: usize>(
             match solver.solve_observed(cone, &best.r, &mut r, Some(&mut shifted)) {
                 Ok(solution) => (solution.iterations, solution.residual, None),
                 Err(SolveError::NotConverged { iterations, residual, natural, reason, .. }) => {
-                    (iterations, Residual { natural, scaled: residual }, Some(reason))
+                    (iterations, Residual { natural: lit(natural), scaled: lit(residual) }, Some(reason))
                 }
                 Err(source) => return Err(CollectionError::Solve { problem: name.into(), source }),
             };
@@ -291,8 +292,8 @@ pub(super) fn attempt<const D: usize>(
             break;
         }
         // Half of what the natural map asks for; below the rounding of the scalar there is nothing to reach.
-        let next = best.tolerance * 0.5 * stopping.tolerance / residual.natural;
-        if next.is_nan() || next < f64::EPSILON {
+        let next = best.tolerance * lit::<T>(0.5) * stopping.tolerance / residual.natural;
+        if !(next >= epsilon()) {
             break;
         }
         best.tolerance = next;

@@ -247,7 +247,7 @@ impl Benchmark {
     }
 }
 
-fn table<R: Serialize>(path: &Path, rows: impl Iterator<Item = R>) -> Result<(), CollectionError> {
+pub(super) fn table<R: Serialize>(path: &Path, rows: impl Iterator<Item = R>) -> Result<(), CollectionError> {
     let failed = |message: String| CollectionError::Table { path: path.into(), message };
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {

@@ -2,7 +2,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, lit, to_f64};
 
 /// A square matrix of D×D blocks in compressed block rows: full storage is the case where no block is absent.
 ///
@@ -67,6 +67,16 @@ impl<T: Scalar, const D: usize> BlockMatrix<T, D> {
         self.columns.push(column);
         self.blocks.push(block);
         self.starts[row + 1] = self.blocks.len();
+    }
+
+    /// The matrix in another arithmetic.
+    pub fn cast<U: Scalar>(&self) -> BlockMatrix<U, D> {
+        BlockMatrix {
+            starts: self.starts.clone(),
+            columns: self.columns.clone(),
+            blocks: self.blocks.iter().map(|block| block.map(|x| lit(to_f64(x)))).collect(),
+            diagonal: self.diagonal.clone(),
+        }
     }
 
     /// Number of block rows.

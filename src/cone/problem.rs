@@ -189,6 +189,17 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
         Ok(problem)
     }
 
+    /// The problem in another arithmetic, with W formed; [`check`](Self::check) tells whether it still is one.
+    pub fn cast<U: Scalar>(&self) -> ConeProblem<U, D> {
+        ConeProblem {
+            delassus: self.delassus().cast().into(),
+            factored: None,
+            scratch: Scratch::default(),
+            b: self.b.iter().map(|b| b.map(|x| lit(to_f64(x)))).collect(),
+            friction: self.friction.iter().map(|&x| lit(to_f64(x))).collect(),
+        }
+    }
+
     /// H and M̂, where the problem holds W in factored form. A solver that does not know it takes
     /// [`delassus`](Self::delassus), which forms W.
     pub fn factors(&self) -> Option<&FactoredDelassus<T, D>> {

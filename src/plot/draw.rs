@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use kuva::render::color::Color;
 use kuva::render::render::{PathData, Primitive};
 
-use super::model::{Dash, Marker, Series};
+use super::model::{Dash, MARKERS, Marker, Series};
 use super::shape::Point;
 use super::text::Text;
 
@@ -25,9 +25,6 @@ const PALETTE: [Rgb; 8] = [
 ];
 
 const DASHES: [Dash; 5] = [Dash::Solid, Dash::Dashed, Dash::Dotted, Dash::DashDot, Dash::LongDash];
-
-const MARKERS: [Marker; 6] =
-    [Marker::Disc, Marker::Square, Marker::Triangle, Marker::Diamond, Marker::Cross, Marker::Circle];
 
 /// Half-size of a marker.
 pub(super) const RADIUS: f64 = 2.3;

@@ -37,7 +37,7 @@ use kuva::render::render::{Primitive, Scene};
 use crate::file::AtomicFile;
 
 pub use decimate::decimate;
-pub use model::{Dash, Figure, Legend, Marker, Panel, Scale, Series, Style};
+pub use model::{Dash, Figure, Legend, MARKERS, Marker, Panel, Scale, Series, Style};
 
 /// Fonts of SVG text, the one the layout is computed with first.
 const FONTS: &str = "DejaVu Sans, Verdana, Liberation Sans, Arial, sans-serif";

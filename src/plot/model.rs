@@ -32,6 +32,10 @@ pub enum Marker {
     Circle,
 }
 
+/// The markers in the order in which series take them.
+pub const MARKERS: [Marker; 6] =
+    [Marker::Disc, Marker::Square, Marker::Triangle, Marker::Diamond, Marker::Cross, Marker::Circle];
+
 /// How the points of a series are shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Style {

@@ -11,10 +11,10 @@ use crate::solver::{self, ConeSolver, Stopping};
 use crate::system::{Body, BodyId, MechanicalSystem, RigidBodies};
 
 /// A law chosen by name.
-type AnyLaw<T, const D: usize> = Box<dyn ContactLaw<T, D>>;
+pub(super) type AnyLaw<T, const D: usize> = Box<dyn ContactLaw<T, D>>;
 
 /// A system of any kind.
-type AnySystem<T, const D: usize> = Box<dyn MechanicalSystem<T, D>>;
+pub(super) type AnySystem<T, const D: usize> = Box<dyn MechanicalSystem<T, D>>;
 
 /// The scheme of a scene: planar rigid bodies or an elastic body, laws and solver by name.
 pub type Planar<T, const D: usize> =
@@ -75,15 +75,23 @@ pub fn contact_dimension(scene: &Scene, runs: &[Run]) -> Result<usize, SceneErro
     Ok(if frictionless { 1 } else { 2 })
 }
 
+/// A system with its laws, by interface, and its initial state (q, v).
+pub(super) type Parts<T, const D: usize> = (AnySystem<T, D>, Vec<AnyLaw<T, D>>, Vec<T>, Vec<T>);
+
 /// Builds the scheme of a run.
 ///
 /// # Errors
 /// [`SceneError`] naming what is wrong and its value.
 pub fn build<T: Scalar, const D: usize>(scene: &Scene, run: &Run) -> Result<Planar<T, D>, SceneError> {
-    check_state(scene)?;
+    let (system, laws, q, v) = parts(scene, run)?;
     let solver = solver::build(&run.solver, stopping(scene))?;
-    let settings = settings(scene);
-    let (system, laws, q, v): (AnySystem<T, D>, _, Vec<T>, Vec<T>) = match &scene.solid {
+    Ok(ThetaScheme::new(system, laws, solver, settings(scene), T::zero(), q, v)?)
+}
+
+/// What moves in a run, under which laws, from where.
+pub(super) fn parts<T: Scalar, const D: usize>(scene: &Scene, run: &Run) -> Result<Parts<T, D>, SceneError> {
+    check_state(scene)?;
+    match &scene.solid {
         Some(solid) if scene.bodies.is_empty() => {
             let (mut body, interfaces) = solid.body::<T>(scene)?;
             let of = |&interface: &usize| scene.interfaces[interface].law(run);
@@ -107,10 +115,10 @@ pub fn build<T: Scalar, const D: usize>(scene: &Scene, run: &Run) -> Result<Plan
                     v[geometry.dof(node, axis)] = lit(solid.velocity[axis]);
                 }
             }
-            (Box::new(body), laws, q, v)
+            Ok((Box::new(body), laws, q, v))
         }
-        Some(_) => return Err(SceneError::Mixed),
-        None if scene.bodies.is_empty() => return Err(SceneError::Empty { what: "body" }),
+        Some(_) => Err(SceneError::Mixed),
+        None if scene.bodies.is_empty() => Err(SceneError::Empty { what: "body" }),
         None => {
             let (system, laws) = build_system(scene, run)?;
             let (mut q, mut v) = (Vec::new(), Vec::new());
@@ -118,13 +126,12 @@ pub fn build<T: Scalar, const D: usize>(scene: &Scene, run: &Run) -> Result<Plan
                 q.extend([body.position[0], body.position[1], body.angle].map(lit::<T>));
                 v.extend([body.velocity[0], body.velocity[1], body.spin].map(lit::<T>));
             }
-            (Box::new(system), laws, q, v)
+            Ok((Box::new(system), laws, q, v))
         }
-    };
-    Ok(ThetaScheme::new(system, laws, solver, settings, T::zero(), q, v)?)
+    }
 }
 
-fn stopping<T: Scalar>(scene: &Scene) -> Stopping<T> {
+pub(super) fn stopping<T: Scalar>(scene: &Scene) -> Stopping<T> {
     let defaults = Stopping::default();
     Stopping {
         tolerance: scene.solver.tolerance.map_or(defaults.tolerance, lit),

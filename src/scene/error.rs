@@ -32,6 +32,14 @@ pub enum SceneError {
         /// What is wrong there.
         message: String,
     },
+    /// A key of the scene cannot be set to a value.
+    #[error("{key}: {message}")]
+    Key {
+        /// The key, as a dotted path.
+        key: String,
+        /// What is wrong.
+        message: String,
+    },
     /// A list that must not be empty is.
     #[error("the scene names no {what}")]
     Empty {
@@ -114,10 +122,14 @@ pub enum SceneError {
 
 impl SceneError {
     pub(super) fn parse(path: &Path, text: &str, error: &toml::de::Error) -> Self {
-        let at = error.span().map_or(0, |span| span.start.min(text.len()));
-        let before = text.get(..at).unwrap_or_default();
-        let line = before.matches('\n').count() + 1;
-        let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
+        let (line, column) = line_and_column(text, error.span().map_or(0, |span| span.start));
         Self::Parse { path: path.into(), line, column, message: error.message().to_string() }
     }
+}
+
+/// Line and column, from 1, of the byte `at` of a text.
+pub fn line_and_column(text: &str, at: usize) -> (usize, usize) {
+    let before = text.get(..at.min(text.len())).unwrap_or_default();
+    let line = before.matches('\n').count() + 1;
+    (line, before.rsplit('\n').next().unwrap_or_default().chars().count() + 1)
 }

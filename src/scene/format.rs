@@ -22,6 +22,9 @@ pub struct Scene {
     /// Arithmetic of the run.
     #[serde(default)]
     pub scalar: ScalarName,
+    /// Units the numbers of the scene are in, for the labels of outputs; nothing is converted.
+    #[serde(default)]
+    pub units: UnitsName,
     /// Acceleration of gravity (m/s²).
     #[serde(default)]
     pub gravity: [f64; 2],
@@ -54,6 +57,18 @@ pub struct Scene {
 
 fn default_solvers() -> Vec<String> {
     vec![crate::solver::DEFAULT.into()]
+}
+
+/// A consistent set of units.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+pub enum UnitsName {
+    /// m, s, kg, and so N, J (default).
+    #[default]
+    #[serde(rename = "SI")]
+    Si,
+    /// mm, ms, g, and so N, MPa, mJ.
+    #[serde(rename = "mm-ms-g")]
+    MmMsG,
 }
 
 /// Arithmetic of a run.
@@ -262,8 +277,56 @@ impl Scene {
     /// # Errors
     /// [`SceneError::Parse`] with line and column.
     pub fn parse(text: &str, path: &Path) -> Result<Self, SceneError> {
-        let mut scene: Self = toml::from_str(text).map_err(|error| SceneError::parse(path, text, &error))?;
-        scene.folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
-        Ok(scene)
+        let scene: Self = toml::from_str(text).map_err(|error| SceneError::parse(path, text, &error))?;
+        Ok(scene.in_folder_of(path))
     }
+
+    fn in_folder_of(mut self, path: &Path) -> Self {
+        self.folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
+        self
+    }
+
+    /// The scene of a table (that of the text of the scene file at `path`) with some of its keys set to other values.
+    /// A key is a dotted path, an entry of a list its number from 0: `interfaces.0.parameters.friction`.
+    ///
+    /// # Errors
+    /// [`SceneError::Key`] for a path that leads nowhere, or a scene that is then none.
+    pub fn with_keys(
+        table: &toml::Table,
+        path: &Path,
+        changes: &[(String, toml::Value)],
+    ) -> Result<Self, SceneError> {
+        let mut table = table.clone();
+        let all = || changes.iter().map(|(key, _)| key.as_str()).collect::<Vec<_>>().join(", ");
+        for (key, value) in changes {
+            set_key(&mut table, key, value.clone())
+                .map_err(|message| SceneError::Key { key: key.clone(), message })?;
+        }
+        let scene = Self::deserialize(toml::Value::Table(table)).map_err(|error| SceneError::Key {
+            key: all(),
+            message: error.to_string().split_whitespace().collect::<Vec<_>>().join(" "),
+        })?;
+        Ok(scene.in_folder_of(path))
+    }
+}
+
+/// Sets what a dotted path leads to; tables on the way are made where they are absent, entries of lists are not.
+fn set_key(table: &mut toml::Table, key: &str, value: toml::Value) -> Result<(), String> {
+    let mut parts = key.split('.');
+    let mut name = parts.next().unwrap_or_default();
+    let mut place: &mut toml::Value = table.entry(name).or_insert_with(|| toml::Table::new().into());
+    for part in parts {
+        place = match place {
+            toml::Value::Table(table) => table.entry(part).or_insert_with(|| toml::Table::new().into()),
+            toml::Value::Array(list) => {
+                let count = list.len();
+                let entry = part.parse::<usize>().ok().and_then(|index| list.get_mut(index));
+                entry.ok_or_else(|| format!("`{name}` has {count} entries, numbered from 0: no `{part}`"))?
+            }
+            other => return Err(format!("`{name}` is a {}, it has no `{part}`", other.type_str())),
+        };
+        name = part;
+    }
+    *place = value;
+    Ok(())
 }

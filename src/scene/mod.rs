@@ -3,10 +3,13 @@
 //! A scene is read ([`Scene::read`]), turned into the runs it asks for ([`Scene::runs`]: every law with every
 //! solver), and each run is built into a scheme over planar rigid bodies, or over an elastic body
 //! ([`build`]). Frictionless runs are built
-//! with contacts of dimension 1, the others with dimension 2.
+//! with contacts of dimension 1, the others with dimension 2. [`event_driven()`] builds the event-driven integration of the
+//! same run.
 
 mod build;
 mod error;
+mod event_driven;
+mod fingerprint;
 mod format;
 mod names;
 mod plan;
@@ -14,10 +17,12 @@ mod solid;
 mod time;
 
 pub use build::{Planar, PlanarAdaptive, build, contact_dimension};
-pub use error::SceneError;
+pub use error::{SceneError, line_and_column};
+pub use event_driven::{EventDriven, event_driven};
+pub use fingerprint::Fingerprint;
 pub use format::{
     ActivationRuleName, BodySpec, DiscSpec, HalfPlaneSpec, InterfaceSpec, JointSpec, LoadSpec, OutputSpec,
-    PolygonSpec, ScalarName, Scene, SolverSpec,
+    PolygonSpec, ScalarName, Scene, SolverSpec, UnitsName,
 };
 pub use plan::{Overrides, Run};
 pub use solid::{

@@ -11,13 +11,20 @@ pub(crate) fn scene(name: &str) -> Scene {
     Scene::read(&path).unwrap_or_else(|error| panic!("{error}"))
 }
 
+/// The run of a scene with one law and one solver.
+pub(crate) fn run(scene: &Scene, law: &str, solver: &str) -> Run {
+    let runs = Scene { laws: vec![law.into()], solvers: vec![solver.into()], ..scene.clone() }.runs();
+    let [run] = <[Run; 1]>::try_from(runs.expect("registered names")).expect("one law, one solver");
+    run
+}
+
 /// The scheme of a scene with one law and one solver, and its number of steps.
+#[allow(dead_code)]
 pub(crate) fn scheme<T: Scalar, const D: usize>(
     scene: &Scene,
     law: &str,
     solver: &str,
 ) -> (Planar<T, D>, usize) {
-    let runs = Scene { laws: vec![law.into()], solvers: vec![solver.into()], ..scene.clone() }.runs();
-    let [run] = <[Run; 1]>::try_from(runs.expect("registered names")).expect("one law, one solver");
+    let run = run(scene, law, solver);
     (build(scene, &run).expect("an example builds"), run.steps)
 }

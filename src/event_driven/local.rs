@@ -1,0 +1,266 @@
+//! The problem of the closed contacts, w = W p + b with K* ∋ Φ(w) ⟂ p ∈ K: solved by the cone solver, then to the last
+//! digit.
+//!
+//! The solver tells which contacts open, stick and slide; with these modes the problem is a linear system, whose solution
+//! does not carry the tolerance of the solver. The same problem is met with velocities (impacts: p are percussions) and
+//! with accelerations (persistent contacts: p are forces).
+
+use nalgebra::{DMatrix, DVector, SVector};
+
+use super::{EventFailure, Mode};
+use crate::cone::{BlockMatrix, ConeProblem};
+use crate::solver::ConeSolver;
+
+/// W, b and μ of the closed contacts, contact α in rows αD … αD + D − 1.
+#[derive(Debug)]
+pub(super) struct Local<const D: usize> {
+    pub(super) w: DMatrix<f64>,
+    pub(super) b: DVector<f64>,
+    pub(super) friction: Vec<f64>,
+}
+
+/// Singular values below this share of the largest are those of redundant contacts.
+const REDUNDANT: f64 = 1e-12;
+
+/// How far a mode may miss its inequality, relative to the terms of its row: rounding of W and b.
+const CONSISTENT: f64 = 1e-11;
+
+/// How far it may where nothing better is found: some tolerances of solvers.
+const TOLERABLE: f64 = 1e-8;
+
+/// A percussion below this share of b/W is none: some tolerances of solvers.
+const NOTHING: f64 = 1e-9;
+
+/// Solution with given modes.
+pub(super) struct WithModes<const D: usize> {
+    pub(super) p: Vec<SVector<f64, D>>,
+    /// Whether p is one of many.
+    pub(super) redundant: bool,
+}
+
+impl<const D: usize> Local<D> {
+    /// Number of contacts.
+    pub(super) fn contacts(&self) -> usize {
+        self.friction.len()
+    }
+
+    /// Whether contact `i` has a tangent with friction.
+    fn rubs(&self, i: usize) -> bool {
+        D == 2 && self.friction[i] > 0.0
+    }
+
+    /// w = W p + b.
+    pub(super) fn shifted(&self, p: &[SVector<f64, D>]) -> Vec<SVector<f64, D>> {
+        let flat = DVector::from_iterator(self.b.len(), p.iter().flat_map(|p| p.iter().copied()));
+        let w = &self.w * flat + &self.b;
+        (0..p.len()).map(|i| SVector::from_fn(|d, _| w[i * D + d])).collect()
+    }
+
+    /// The solution in which every contact keeps its mode, inequalities aside: w_N = 0, w_T = 0 where it sticks,
+    /// p_T = −μ s p_N where it slides in direction s. Of many, the one nearest to `from`, distances being measured in
+    /// units of √`weights`.
+    pub(super) fn with_modes(
+        &self,
+        modes: &[Mode],
+        from: &[SVector<f64, D>],
+        weights: &[f64],
+    ) -> Option<WithModes<D>> {
+        let mut rows = Vec::new();
+        for (i, mode) in modes.iter().enumerate() {
+            if *mode != Mode::Open {
+                rows.push((i, 0));
+            }
+            if *mode == Mode::Stick && self.rubs(i) {
+                rows.push((i, 1));
+            }
+        }
+        let mut p = vec![SVector::<f64, D>::zeros(); modes.len()];
+        if rows.is_empty() {
+            return Some(WithModes { p, redundant: false });
+        }
+        // p_T = lean · p_N of a sliding contact.
+        let lean = |i: usize| match modes[i] {
+            Mode::Slide(s) if self.rubs(i) => -self.friction[i] * s,
+            _ => 0.0,
+        };
+        let entry = |row: usize, (i, d): (usize, usize)| {
+            let own = self.w[(row, i * D + d)];
+            if d == 0 && lean(i) != 0.0 { own + lean(i) * self.w[(row, i * D + 1)] } else { own }
+        };
+        let n = rows.len();
+        let a = DMatrix::from_fn(n, n, |r, c| entry(rows[r].0 * D + rows[r].1, rows[c]));
+        let start = DVector::from_fn(n, |c, _| from[rows[c].0][rows[c].1]);
+        let scale = DVector::from_fn(n, |c, _| weights[rows[c].0].sqrt());
+        let scaled = DMatrix::from_fn(n, n, |r, c| a[(r, c)] * scale[c]);
+        let svd = scaled.svd(true, true);
+        let threshold = REDUNDANT * svd.singular_values.max();
+        let redundant = svd.singular_values.min() <= threshold;
+        let mut x = start;
+        // The second pass takes the rounding of the first away.
+        for _ in 0..2 {
+            let left = DVector::from_fn(n, |r, _| -self.b[rows[r].0 * D + rows[r].1]) - &a * &x;
+            x += svd.solve(&left, threshold).ok()?.component_mul(&scale);
+        }
+        for (&(i, d), &x) in rows.iter().zip(&x) {
+            p[i][d] = x;
+            if d == 0 && lean(i) != 0.0 {
+                p[i][1] = lean(i) * x;
+            }
+        }
+        p.iter().all(|p| p.iter().all(|x| x.is_finite())).then_some(WithModes { p, redundant })
+    }
+
+    /// The solution and its modes; contact i with `slip[i]` = ±1 slides that way if it stays closed, whatever b_T says.
+    ///
+    /// `None` where no such slide exists (Painlevé's paradox), or none is found.
+    pub(super) fn solve<V: ConeSolver<f64, D>>(
+        &self,
+        solver: &mut V,
+        slip: &[Option<f64>],
+    ) -> Result<Option<(Vec<SVector<f64, D>>, Vec<Mode>)>, EventFailure> {
+        let m = self.contacts();
+        let zero = vec![SVector::<f64, D>::zeros(); m];
+        let normal = (0..m).map(|i| self.b[i * D].abs()).fold(0.0, f64::max);
+        let size = if slip.iter().any(Option::is_some) { self.b.amax() } else { normal };
+        if size == 0.0 && (0..m).all(|i| self.b[i * D] >= 0.0) {
+            return Ok(Some((zero, vec![Mode::Open; m])));
+        }
+        let block = |i: usize, j: usize| self.w.fixed_view::<D, D>(i * D, j * D).into_owned();
+        // A sliding contact has moved on by u_T/dt, dt → 0: as far as it takes for the slip to keep its sign. A slip that
+        // is far larger than what the forces can stop is cut to that, or the solver's tolerance would hide the normal part.
+        let steep = |i: usize| 1.0 + self.diagonal(i, D - 1) / self.diagonal(i, 0) + self.friction[i];
+        let mut far = 4.0 * size * (0..m).map(steep).fold(1.0, f64::max);
+        for _ in 0..20 {
+            let mut kept = vec![None; m];
+            let mut b = Vec::with_capacity(m);
+            for i in 0..m {
+                let mut at = SVector::<f64, D>::from_fn(|d, _| self.b[i * D + d]);
+                if self.rubs(i) {
+                    let tangential = &mut at[D - 1];
+                    if let Some(s) = slip[i] {
+                        kept[i] = Some(s);
+                        *tangential += s * far;
+                    } else if tangential.abs() > far {
+                        kept[i] = Some(tangential.signum());
+                        *tangential = tangential.signum() * far;
+                    }
+                }
+                b.push(at);
+            }
+            let problem = ConeProblem::new(BlockMatrix::from_fn(m, block), b, self.friction.clone())
+                .map_err(|source| EventFailure::Solver(source.into()))?;
+            let mut p = zero.clone();
+            solver.solve(&problem, &zero, &mut p).map_err(EventFailure::Solver)?;
+            let modes: Vec<Mode> = (0..m).map(|i| self.mode(i, &p[i], size)).collect();
+            let turned =
+                |i: usize| kept[i].is_some_and(|s| modes[i] != Mode::Open && modes[i] != Mode::Slide(s));
+            if !(0..m).any(turned) {
+                return Ok(self.refine(&p, modes, slip));
+            }
+            far *= 10.0;
+        }
+        Ok(None)
+    }
+
+    fn diagonal(&self, i: usize, d: usize) -> f64 {
+        self.w[(i * D + d, i * D + d)]
+    }
+
+    /// The mode of contact `i` with percussion `p` in a problem of velocities of this size.
+    fn mode(&self, i: usize, p: &SVector<f64, D>, size: f64) -> Mode {
+        if p[0] * self.diagonal(i, 0) <= NOTHING * size {
+            return Mode::Open;
+        }
+        if !self.rubs(i) {
+            return Mode::Slide(1.0);
+        }
+        let tangential = p[D - 1];
+        let sticks = tangential.abs() < self.friction[i] * p[0] * (1.0 - 1e-7);
+        if sticks { Mode::Stick } else { Mode::Slide(-tangential.signum()) }
+    }
+
+    /// The exact solution near `p`, by correcting the modes one at a time. Where that does not end, the exact solution
+    /// of the modes that were given, if it misses their inequalities by no more than a solver may.
+    fn refine(
+        &self,
+        p: &[SVector<f64, D>],
+        modes: Vec<Mode>,
+        slip: &[Option<f64>],
+    ) -> Option<(Vec<SVector<f64, D>>, Vec<Mode>)> {
+        let first = modes.clone();
+        let mut modes = modes;
+        for _ in 0..8 * modes.len() + 8 {
+            let Some((exact, flip)) = self.examine(p, &modes, slip, CONSISTENT) else { break };
+            match flip {
+                None => return Some((exact, modes)),
+                Some((i, mode)) => modes[i] = mode,
+            }
+        }
+        match self.examine(p, &first, slip, TOLERABLE) {
+            Some((exact, None)) => Some((exact, first)),
+            _ => None,
+        }
+    }
+
+    /// The solution with these modes, and the contact that misses its inequality worst with the mode it should have;
+    /// misses are relative to the terms of the row, w_r = b_r + Σ W_rs p_s. `None` where the modes have no solution.
+    #[expect(clippy::type_complexity, reason = "a solution and a contact to change")]
+    fn examine(
+        &self,
+        p: &[SVector<f64, D>],
+        modes: &[Mode],
+        slip: &[Option<f64>],
+        tolerance: f64,
+    ) -> Option<(Vec<SVector<f64, D>>, Option<(usize, Mode)>)> {
+        let exact = self.with_modes(modes, p, &vec![1.0; modes.len()])?.p;
+        let w = self.shifted(&exact);
+        let size = |i: usize, d: usize| {
+            let row = i * D + d;
+            let term = |(j, p): (usize, &SVector<f64, D>)| {
+                (0..D).map(|e| (self.w[(row, j * D + e)] * p[e]).abs()).sum::<f64>()
+            };
+            self.b[row].abs() + exact.iter().enumerate().map(term).sum::<f64>()
+        };
+        let (mut worst, mut flip) = (tolerance, None);
+        let mut consider = |miss: f64, size: f64, i: usize, mode: Mode| {
+            if miss > worst * size {
+                (worst, flip) = (miss / size, Some((i, mode)));
+            }
+        };
+        for i in 0..modes.len() {
+            let rubs = self.rubs(i);
+            let oriented = if rubs { slip[i] } else { None };
+            let (normal, tangential) = (size(i, 0), size(i, D - 1));
+            let (weight, drag) =
+                (exact[i][0] * self.diagonal(i, 0), exact[i][D - 1] * self.diagonal(i, D - 1));
+            if modes[i] != Mode::Open && w[i][0].abs() > TOLERABLE * normal {
+                return None;
+            }
+            match modes[i] {
+                Mode::Open => {
+                    let closed = match oriented {
+                        Some(s) => Mode::Slide(s),
+                        None if rubs => Mode::Stick,
+                        None => Mode::Slide(1.0),
+                    };
+                    consider(-w[i][0], normal, i, closed);
+                }
+                Mode::Stick => {
+                    if w[i][D - 1].abs() > TOLERABLE * tangential {
+                        return None;
+                    }
+                    let limit = self.friction[i] * exact[i][0] * self.diagonal(i, D - 1);
+                    consider(drag.abs() - limit, tangential, i, Mode::Slide(-drag.signum()));
+                    consider(-weight, normal, i, Mode::Open);
+                }
+                Mode::Slide(s) => {
+                    if rubs && oriented.is_none() {
+                        consider(-s * w[i][D - 1], tangential, i, Mode::Stick);
+                    }
+                    consider(-weight, normal, i, Mode::Open);
+                }
+            }
+        }
+        Some((exact, flip))
+    }
+}

@@ -1,0 +1,158 @@
+//! Which reference a study names, and how it is made.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use super::StudyError;
+use super::ball::Ball;
+use super::bar::Bar;
+use super::finest::Sampled;
+use super::format::ReferenceSpec;
+use super::plan::Job;
+use super::reference::Reference;
+use crate::event_driven::Settings;
+use crate::observe::RunInfo;
+use crate::scene::{Planar, Run, ScalarName, Scene, build, contact_dimension, event_driven};
+use crate::simulate::{Outcome, simulate};
+use crate::system::MechanicalSystem as _;
+
+/// A run of the same scene with a finer step.
+pub(super) const FINEST: &str = "finest";
+
+/// The motion of a scene and a run; an error says what the scene would have to be.
+type ClosedForm = fn(&Scene, &Run) -> Result<Arc<dyn Reference>, String>;
+
+/// References that are no run of the scheme.
+const CLOSED_FORMS: [(&str, ClosedForm); 3] = [
+    ("event-driven", event_driven_motion),
+    ("bouncing-ball", |scene, run| Ok(Arc::new(Ball::new(scene, run)?))),
+    ("impacting-bar", |scene, run| Ok(Arc::new(Bar::new(scene, run)?))),
+];
+
+fn event_driven_motion(scene: &Scene, run: &Run) -> Result<Arc<dyn Reference>, String> {
+    let settings = Settings::default();
+    let motion = match contact_dimension(scene, std::slice::from_ref(run)) {
+        Ok(1) => event_driven::<1>(scene, run).map(|integration| integration.integrate(&settings)),
+        Ok(_) => event_driven::<2>(scene, run).map(|integration| integration.integrate(&settings)),
+        Err(error) => Err(error),
+    };
+    match motion {
+        Ok(Ok(motion)) => Ok(Arc::new(motion)),
+        Ok(Err(error)) => Err(error.to_string()),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
+/// Tolerance of the cone solver in the finest run, beside which no error of the study is small.
+const TOLERANCE: f64 = 1e-12;
+
+/// How much finer than the finest run of a study its reference is, where the study does not say.
+const FINER: f64 = 8.0;
+
+/// Memory of all the samples of a study (bytes).
+const MEMORY: usize = 256 << 20;
+
+/// A step of reference scenes that make none.
+const ANY_STEP: f64 = 1e-3;
+
+/// Whether there is such a reference.
+pub(super) fn check(spec: &ReferenceSpec) -> Result<(), String> {
+    let finest = spec.kind == FINEST;
+    if !finest && CLOSED_FORMS.iter().all(|(name, _)| *name != spec.kind) {
+        let known: Vec<&str> = CLOSED_FORMS.iter().map(|(name, _)| *name).chain([FINEST]).collect();
+        return Err(format!("no reference is called `{}` (known: {})", spec.kind, known.join(", ")));
+    }
+    if !finest && (spec.h.is_some() || spec.theta.is_some()) {
+        return Err(format!("the reference `{}` has neither `h` nor `theta`", spec.kind));
+    }
+    Ok(())
+}
+
+/// A reference to be made: the scene without what its motion does not depend on.
+#[derive(Debug, Clone)]
+pub(super) struct Target {
+    kind: String,
+    scene: Scene,
+    run: Run,
+    dimension: usize,
+    settings: String,
+}
+
+impl Target {
+    /// The reference of a job, in a study whose steps are from `least` to `longest`.
+    pub(super) fn new(
+        spec: &ReferenceSpec,
+        job: &Job,
+        least: Option<f64>,
+        longest: f64,
+    ) -> Result<Self, StudyError> {
+        let mut scene = job.scene.clone();
+        scene.title.clear();
+        scene.scalar = ScalarName::F64;
+        scene.solvers = vec![crate::solver::DEFAULT.into()];
+        scene.solver.tolerance = Some(TOLERANCE);
+        let time = &mut scene.time;
+        time.adaptive = None;
+        if spec.kind == FINEST {
+            time.step = spec.h.or(least.map(|h| h / FINER)).unwrap_or(time.step);
+            time.theta = spec.theta.unwrap_or(time.theta);
+        } else {
+            // The continuous motion has no θ but that of the law in the limit, ½.
+            (time.step, time.theta) = (ANY_STEP, 0.5);
+        }
+        // The runs may make a step beyond the end.
+        time.end += longest;
+        time.allow_unproved_theta = true;
+        let combination =
+            |source| StudyError::Combination { settings: job.settings.words(), source: Box::new(source) };
+        let run = match <[Run; 1]>::try_from(scene.runs().map_err(combination)?) {
+            Ok([run]) => run,
+            Err(_) => job.run.clone(),
+        };
+        Ok(Self {
+            kind: spec.kind.clone(),
+            scene,
+            run,
+            dimension: job.dimension,
+            settings: job.settings.words(),
+        })
+    }
+
+    /// What the reference depends on, as a number.
+    pub(super) fn key(&self) -> std::io::Result<u64> {
+        Ok(self.scene.fingerprint()?.and(self.kind.as_bytes()).number())
+    }
+
+    /// Makes the reference, one of `count` in memory; `None` where it was interrupted.
+    pub(super) fn make(
+        &self,
+        count: usize,
+        stop: &AtomicBool,
+    ) -> Result<Option<Arc<dyn Reference>>, StudyError> {
+        let failed = |message: String| StudyError::Reference {
+            reference: self.kind.clone(),
+            settings: self.settings.clone(),
+            message,
+        };
+        if let Some((_, form)) = CLOSED_FORMS.iter().find(|(name, _)| *name == self.kind) {
+            return form(&self.scene, &self.run).map(Some).map_err(failed);
+        }
+        let memory = MEMORY / count.max(1);
+        let sampled = match self.dimension {
+            1 => self.sample::<1>(memory, stop),
+            _ => self.sample::<2>(memory, stop),
+        };
+        Ok(sampled.map_err(failed)?.map(|sampled| Arc::new(sampled) as Arc<dyn Reference>))
+    }
+
+    fn sample<const D: usize>(&self, memory: usize, stop: &AtomicBool) -> Result<Option<Sampled>, String> {
+        let mut scheme: Planar<f64, D> = build(&self.scene, &self.run).map_err(|error| error.to_string())?;
+        let mut sampled = Sampled::new(scheme.system().dofs(), self.run.steps, memory);
+        let info = RunInfo::new(&self.run.law, &self.run.solver, Vec::new(), scheme.settings());
+        let ended = simulate(&mut scheme, self.run.steps, &info, &mut [&mut sampled], stop);
+        match ended.map_err(|error| error.to_string())? {
+            Outcome::Completed => Ok(Some(sampled)),
+            Outcome::Interrupted => Ok(None),
+        }
+    }
+}

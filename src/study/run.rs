@@ -1,0 +1,133 @@
+//! One run of a study: its errors, then its time.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use cpu_time::ThreadTime;
+use serde::{Deserialize, Serialize};
+
+use super::errors::{ErrorRecorder, Errors, Norm};
+use super::plan::Job;
+use super::reference::Reference;
+use super::runner::Runner;
+use crate::observe::{Frame, ObserveError, Observer};
+use crate::scalar::Scalar;
+use crate::scene::ScalarName;
+use crate::simulate;
+
+/// What came of a run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// Whether the run reached its end.
+    pub ok: bool,
+    /// Why it did not.
+    pub message: String,
+    /// Steps made.
+    pub steps: usize,
+    /// Iterations of the cone solver.
+    pub iterations: usize,
+    /// Distances from the reference.
+    pub errors: Errors,
+    /// CPU time of the thread over the steps (s), the least of `repeats` runs without observers.
+    pub cpu_seconds: f64,
+    /// Wall time of that run (s).
+    pub wall_seconds: f64,
+    /// Runs timed.
+    pub repeats: usize,
+}
+
+/// Timed runs of one setting at most.
+const MOST_REPEATS: usize = 1000;
+
+/// Steps and iterations of a run.
+#[derive(Default)]
+struct Counter {
+    steps: usize,
+    iterations: usize,
+}
+
+impl<T: Scalar, const D: usize> Observer<T, D> for Counter {
+    fn step(&mut self, frame: Frame<'_, T, D>) -> Result<(), ObserveError> {
+        self.steps += 1;
+        self.iterations += frame.step.solution.as_ref().map_or(0, |solution| solution.iterations);
+        Ok(())
+    }
+}
+
+/// Makes the run of a job, then again until `least` seconds are timed; `None` where it was interrupted.
+pub(super) fn measure(
+    job: &Job,
+    reference: &Arc<dyn Reference>,
+    least: f64,
+    stop: &AtomicBool,
+) -> Option<Outcome> {
+    match (job.settings.scalar, job.dimension) {
+        (ScalarName::F64, 1) => with::<f64, 1>(job, reference, least, stop),
+        (ScalarName::F64, _) => with::<f64, 2>(job, reference, least, stop),
+        (ScalarName::F32, 1) => with::<f32, 1>(job, reference, least, stop),
+        (ScalarName::F32, _) => with::<f32, 2>(job, reference, least, stop),
+    }
+}
+
+fn with<T: Scalar, const D: usize>(
+    job: &Job,
+    reference: &Arc<dyn Reference>,
+    least: f64,
+    stop: &AtomicBool,
+) -> Option<Outcome> {
+    let failed = |message: String, counter: &Counter| Outcome {
+        ok: false,
+        message: message.split_whitespace().collect::<Vec<_>>().join(" "),
+        steps: counter.steps,
+        iterations: counter.iterations,
+        errors: Errors::UNKNOWN,
+        cpu_seconds: f64::NAN,
+        wall_seconds: f64::NAN,
+        repeats: 0,
+    };
+    let mut counter = Counter::default();
+    let mut runner = match Runner::<T, D>::new(job) {
+        Ok(runner) => runner,
+        Err(error) => return Some(failed(error.to_string(), &counter)),
+    };
+    let norm = if job.scene.solid.is_some() { Norm::RootMeanSquare } else { Norm::Largest };
+    let mut recorder = ErrorRecorder::new(Arc::clone(reference), norm, job.scene.time.end);
+    let observers: &mut [&mut dyn Observer<T, D>] = &mut [&mut recorder, &mut counter];
+    let begun = runner.begin(job, observers);
+    match begun.and_then(|()| runner.advance(observers, stop)) {
+        Ok(simulate::Outcome::Completed) => {}
+        Ok(simulate::Outcome::Interrupted) => return None,
+        Err(error) => return Some(failed(error.to_string(), &counter)),
+    }
+
+    let (mut cpu_seconds, mut wall_seconds, mut total, mut repeats) = (f64::INFINITY, f64::INFINITY, 0.0, 0);
+    while repeats == 0 || (total < least && repeats < MOST_REPEATS) {
+        if let Err(message) = runner.rewind(job) {
+            return Some(failed(message, &counter));
+        }
+        let (cpu, wall) = (ThreadTime::now(), Instant::now());
+        let outcome = runner.advance(&mut [], stop);
+        let (cpu, wall) = (cpu.elapsed().as_secs_f64(), wall.elapsed().as_secs_f64());
+        match outcome {
+            Ok(simulate::Outcome::Completed) => {}
+            Ok(simulate::Outcome::Interrupted) => return None,
+            Err(error) => return Some(failed(error.to_string(), &counter)),
+        }
+        if cpu < cpu_seconds {
+            (cpu_seconds, wall_seconds) = (cpu, wall);
+        }
+        total += cpu;
+        repeats += 1;
+    }
+    Some(Outcome {
+        ok: true,
+        message: String::new(),
+        steps: counter.steps,
+        iterations: counter.iterations,
+        errors: recorder.errors(),
+        cpu_seconds,
+        wall_seconds,
+        repeats,
+    })
+}
