@@ -52,8 +52,14 @@ fn fixed<const D: usize>(case: &mut Case, weights: &[f64], steps: usize) -> (f64
         measured.step().expect("a step");
         measure.take(measured.state());
     }
-    let time =
-        seconds(|| scheme::<D>(case), |scheme| (0..steps).for_each(|_| drop(scheme.step().expect("a step"))));
+    let time = seconds(
+        || scheme::<D>(case),
+        |scheme| {
+            for _ in 0..steps {
+                scheme.step().expect("a step");
+            }
+        },
+    );
     (measure.errors.largest(), time)
 }
 

@@ -4,8 +4,11 @@ mod elastic;
 mod random_problems;
 mod scenes;
 
+use std::ops::ControlFlow;
+
 use allocation_counter::measure;
 use nalgebra::{SVector, vector};
+use nonsmooth::adaptive::{Adaptive, AdaptiveSettings};
 use nonsmooth::cone::{ConeProblem, FactoredDelassus, Form};
 use nonsmooth::laws::{ContactLaw, Fremond};
 use nonsmooth::linalg::{BlockRows, Symmetric};
@@ -148,6 +151,52 @@ fn the_sliding_block_allocates_nothing() {
             assert_no_allocation(&format!("sliding block, {law}, {solver}"), &mut block, 2000, 2000);
         }
     }
+}
+
+/// Runs a driver to `warm`, then to `end`: no allocation but where the scheme factors M̂ for a length it has not met.
+fn assert_no_allocation_under_error_control<const D: usize, S, L, V>(
+    what: &str,
+    scheme: ThetaScheme<f64, D, S, L, V>,
+    tolerance: f64,
+    (warm, end): (f64, f64),
+) where
+    S: MechanicalSystem<f64, D>,
+    L: ContactLaw<f64, D>,
+    V: ConeSolver<f64, D>,
+{
+    let mut driver = Adaptive::new(scheme, AdaptiveSettings::new(tolerance, end)).expect("in range");
+    let mut go = |driver: &mut Adaptive<f64, D, S, L, V>, time| {
+        let mut active = 0;
+        let ended: Result<ControlFlow<()>, _> = driver.advance_to(time, |_, _, step| {
+            active += step.contacts.len();
+            ControlFlow::Continue(())
+        });
+        assert!(ended.is_ok(), "{what}: {ended:?}");
+        active
+    };
+    go(&mut driver, warm);
+    let (mut active, mut quiet, mut stretches) = (0, 0, 0);
+    for i in 1..=100 {
+        let (factored, to) = (driver.scheme().factorisations(), warm + (end - warm) * f64::from(i) / 100.0);
+        let allocated = measure(|| active += go(&mut driver, to));
+        stretches += 1;
+        if driver.scheme().factorisations() == factored {
+            quiet += 1;
+            let (count, bytes) = (allocated.count_total, allocated.bytes_total);
+            assert_eq!(count, 0, "{what}: {count} allocations, {bytes} bytes, until t = {to}");
+        }
+    }
+    assert!(active > 0, "{what}: no contact was active in the steps measured");
+    assert!(2 * quiet > stretches, "{what}: M̂ is factored again and again: {quiet} of {stretches} without");
+}
+
+#[test]
+fn warm_steps_under_error_control_allocate_nothing() {
+    for law in ["newton", "fremond"] {
+        let stick = scenes::stick::<f64, 2>(law, "nsgs");
+        assert_no_allocation_under_error_control(&format!("stick, {law}"), stick, 1e-6, (0.1, 0.2));
+    }
+    assert_no_allocation_under_error_control("an elastic bar", bar::<f64, 2>(20), 1e-2, (0.05, 0.1));
 }
 
 /// A second solve of the same problem, and of one with another b, finds every buffer in place.

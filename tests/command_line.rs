@@ -466,3 +466,51 @@ fn help_names_the_commands_and_every_option() {
     assert_eq!(nothing.status.code(), Some(2));
     assert!(text(&nothing.stderr).contains("Usage"));
 }
+
+const BALL: &str = include_str!("../examples/bouncing_ball.toml");
+
+#[test]
+fn error_control_is_asked_for_in_the_scene_or_on_the_command_line() {
+    let bench = Bench::new();
+    let adaptive = BALL.replace("step = 1e-4 ", "step = \"adaptive\"\ntolerance = 1e-3 ");
+    for (text, arguments, tolerance) in
+        [(adaptive.as_str(), &[][..], 1e-3), (BALL, &["--adaptive", "1e-5"][..], 1e-5)]
+    {
+        let scene = bench.scene(text);
+        let mut command = program();
+        command.arg("run").arg(&scene).arg("--out").arg(bench.results()).arg("--no-figures").args(arguments);
+        let output = command.output().expect("the program runs");
+        assert!(output.status.success(), "{}", self::text(&output.stderr));
+        let summary: Value =
+            serde_json::from_slice(&fs::read(bench.results().join("summary.json")).expect("a summary"))
+                .expect("JSON");
+        for run in summary["runs"].as_array().expect("two runs") {
+            let control = &run["adaptive"];
+            assert_eq!(control["tolerance"].as_f64(), Some(tolerance));
+            let steps = run["steps"].as_u64().expect("a number");
+            assert_eq!(control["accepted"].as_u64(), Some(steps));
+            assert!(
+                steps < 100 && control["rejected"].as_u64().is_some_and(|rejected| rejected > 0),
+                "{control}"
+            );
+            assert!(control["estimated_error"].as_f64().is_some_and(|error| error <= tolerance), "{control}");
+        }
+        // The last row of the trajectory is at the end, and there is one for the start and for every step.
+        let rows = fs::read_to_string(bench.results().join("trajectory.csv")).expect("a table");
+        assert!(rows.lines().last().is_some_and(|row| row.contains(",2e0,")), "{rows}");
+        assert!(self::text(&output.stdout).contains("steps kept of"), "{}", self::text(&output.stdout));
+    }
+    for option in ["--checkpoint=10", "--resume=results"] {
+        let output = program().arg("run").arg(bench.scene(&adaptive)).arg(option).output().expect("it runs");
+        assert_eq!(output.status.code(), Some(2));
+        assert!(self::text(&output.stderr).contains("leave no checkpoint"), "{}", self::text(&output.stderr));
+    }
+    let output =
+        program().arg("run").arg(bench.scene(BALL)).args(["--adaptive", "0"]).output().expect("it runs");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        self::text(&output.stderr).contains("the tolerance of adaptive steps is 0e0"),
+        "{}",
+        self::text(&output.stderr)
+    );
+}

@@ -34,7 +34,7 @@ const SMOOTH_POWER: f64 = 1.9;
 const JUMP: f64 = 0.05;
 
 /// Share of ε for what a force does unseen, before a contact starts to slide or lifts.
-const HIDDEN: f64 = 0.02;
+const HIDDEN: f64 = 0.01;
 
 /// Rounding of local velocities, in ε of the scene's speed.
 const ROUNDING: f64 = 1e5;
@@ -60,7 +60,7 @@ where
     /// Tries a step of length `size` from the start, `misses` trials having ended for an event.
     pub(super) fn attempt(&mut self, size: T, misses: usize) -> Result<Attempt<T>, AdaptiveError> {
         let share = lit::<T>(SMOOTH) * self.settings.tolerance * size / self.span;
-        if std::mem::take(&mut self.control.coasts) && !self.may_close(size) {
+        if std::mem::take(&mut self.control.coasts) && !self.may_close(size, T::one()) {
             return self.coast(size, share);
         }
         if let Err(error) = self.make(size)? {
@@ -99,16 +99,22 @@ where
         let state = self.scheme.state();
         let difference = self.distance((&self.ahead.0, &self.ahead.1), (&state.q, &state.v));
         let error = difference / if smooth { lit::<T>(8.0) } else { lit::<T>(2.0) };
-        let error = larger(error, self.unresolved_force(size));
+        let hidden = self.unresolved_force(size);
+        if hidden > T::one() {
+            self.scheme.recall(&self.start);
+            return Ok(Attempt::Smaller(self.control.for_force(size, hidden)));
+        }
         let jump = self.for_jumps * lit::<T>(JUMP);
         let (before, longer) = self.last_trial;
         let falls = nalgebra::ComplexField::powf(size / longer, lit::<T>(SMOOTH_POWER));
         (self.last_error, self.last_trial) = ((error, share), (error, size));
         if error <= share {
             self.control.coasts = smooth && self.third_differences() <= share;
+            self.control.contacts = signature;
             self.density = error / size;
             self.count(size / lit::<T>(3.0), 3, error);
             self.control.kept(size, error / share, order);
+            self.control.for_force(size, hidden);
         } else if self.trials >= PATIENCE && error <= jump && !(error <= before * falls) {
             self.for_jumps -= error;
             self.count(size / lit::<T>(3.0), 3, error);
@@ -129,7 +135,13 @@ where
             Ok(same) => same,
             Err(ended) => return Ok(ended),
         };
-        let error = larger(self.third_differences(), self.unresolved_force(size));
+        // Contacts that change between two triples change within the first step of the second.
+        let same = same.filter(|&now| now == self.control.contacts);
+        let (error, hidden) = (self.third_differences(), self.unresolved_force(size));
+        if same.is_some() && hidden > T::one() {
+            self.scheme.recall(&self.start);
+            return Ok(Attempt::Smaller(self.control.for_force(size, hidden)));
+        }
         if same.is_none() || !(error <= share) {
             self.scheme.recall(&self.start);
             let ratio = error / share;
@@ -141,6 +153,7 @@ where
         self.density = error / size;
         self.count(size / lit::<T>(3.0), 3, error);
         self.control.kept(size, error / share, lit::<T>(2.0));
+        self.control.for_force(size, hidden);
         self.came_by = size / lit::<T>(3.0);
         Ok(Attempt::Kept(3))
     }
@@ -165,7 +178,7 @@ where
             same = if i == 0 { Some(now) } else { same.filter(|&before| before == now && !turned) };
             self.keep(i);
         }
-        if let Some(time) = self.dip(third) {
+        if let Some(time) = self.dip(third).filter(|_| self.watches) {
             self.scheme.recall(&self.start);
             return Ok(Err(Attempt::Event(time)));
         }
@@ -197,12 +210,14 @@ where
         (q + v * self.remaining()) * lit::<T>(0.25)
     }
 
-    /// What the forces of time may do between the ends of three steps that are kept, together of length `size`, as an error until
-    /// T, over the part of ε that a contact may hide of it, in shares of one step: a body that sticks shows nothing of
-    /// the forces on it until it slides.
+    /// What forces that vary in time may do between the ends of the three steps that are kept, together of length `size`, as
+    /// an error until T over what is allowed: a body that sticks shows nothing of the forces on it until it slides.
     fn unresolved_force(&mut self, size: T) -> T {
         let third = size / lit::<T>(3.0);
-        if !self.scheme.system().forces().varies() || self.scheme.last_step().contacts.is_empty() {
+        let still = self.still();
+        let sticks =
+            |contact: &ContactStep<T, D>| contact.percussion[0] > T::zero() && !slides(contact, still);
+        if !self.scheme.system().forces().varies() || !self.scheme.last_step().contacts.iter().any(sticks) {
             return T::zero();
         }
         let Self { scheme, point, ahead, weights, start, .. } = self;
@@ -221,8 +236,7 @@ where
         }
         // A parabola bends off its chord by an eighth of its second difference.
         let hidden = largest * lit::<T>(0.125) * third * self.remaining();
-        let allowed = self.settings.tolerance * lit::<T>(HIDDEN);
-        if hidden > allowed { hidden } else { T::zero() }
+        hidden / (self.settings.tolerance * lit::<T>(HIDDEN))
     }
 
     /// e_q + (T − t) e_v of the distance between two states, as a share of the scene's length.
@@ -315,15 +329,19 @@ where
 /// below `still` are rounding.
 fn signature<T: Scalar, const D: usize>(contacts: &[ContactStep<T, D>], still: T) -> u64 {
     contacts.iter().fold(0xcbf2_9ce4_8422_2325, |hash: u64, contact| {
-        let sum = contact.before + contact.after;
-        let sliding = nalgebra::ComplexField::sqrt(larger(sum.norm_squared() - sum[0] * sum[0], T::zero()));
         let state = match contact.percussion[0] > T::zero() {
             false => return hash,
-            true if sliding > still => 1,
+            true if slides(contact, still) => 1,
             true => 2,
         };
         (hash ^ contact.id.0.wrapping_mul(4).wrapping_add(state)).wrapping_mul(0x0100_0000_01b3)
     })
+}
+
+/// Whether a contact slides over a step, faster than `still` in the mean.
+fn slides<T: Scalar, const D: usize>(contact: &ContactStep<T, D>, still: T) -> bool {
+    let sum = contact.before + contact.after;
+    larger(sum.norm_squared() - sum[0] * sum[0], T::zero()) > still * still
 }
 
 /// Whether H of the active contacts is the same in two steps: H(q_k) v_{k+1} of the first is H(q_{k+1}) v_{k+1} of the

@@ -18,6 +18,8 @@ pub(super) struct Control<T> {
     proven: T,
     /// Whether three steps need no longer one to compare with.
     pub(super) coasts: bool,
+    /// What the contacts did in the last three steps.
+    pub(super) contacts: u64,
     /// Largest 3h.
     largest: T,
     /// Estimate over share of the last trial kept.
@@ -40,6 +42,7 @@ impl<T: Scalar> Control<T> {
             verified: T::zero(),
             to_event: T::zero(),
             coasts: false,
+            contacts: 0,
         }
     }
 
@@ -73,6 +76,15 @@ impl<T: Scalar> Control<T> {
         (self.last, self.verified) = (T::one(), T::zero());
         self.size = nalgebra::RealField::min(self.size, size * factor);
         size * factor
+    }
+
+    /// The length that leaves nothing of a force in time unresolved, `hidden` times what is allowed in `size`, where it grows
+    /// as the third power of the length; no longer trial comes next.
+    pub(super) fn for_force(&mut self, size: T, hidden: T) -> T {
+        let root = nalgebra::ComplexField::cbrt(nalgebra::RealField::max(hidden, lit::<T>(1e-3)));
+        let length = lit::<T>(SAFETY) * size / root;
+        self.size = nalgebra::RealField::min(self.size, length);
+        length
     }
 
     /// A jump was stepped over in small steps: behind it the motion is as smooth as before.

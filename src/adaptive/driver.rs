@@ -9,7 +9,7 @@ use super::path::Path;
 use super::{AdaptiveError, AdaptiveSettings, Limit};
 use crate::contact::Candidate;
 use crate::laws::ContactLaw;
-use crate::scalar::{Scalar, lit, to_f64};
+use crate::scalar::{Scalar, epsilon, lit, to_f64};
 use crate::scheme::{Saved, State, Step, ThetaScheme};
 use crate::solver::ConeSolver;
 use crate::system::MechanicalSystem;
@@ -17,10 +17,17 @@ use crate::system::MechanicalSystem;
 /// γ, the gap that counts as closed, as a share of ε L.
 const CLOSED: f64 = 1e-4;
 
+/// Height of the lowest bounce that is told from rounding, in ε_machine of the scene's length: rule (55) takes what is
+/// slower for rest.
+const BOUNCE: f64 = 1024.0;
+
 /// Share of ε for the smooth motion, and for jumps. Errors of the velocity count for the time that is left, half the span in
 /// the mean: the estimates of a run add up to about half of it.
 pub(super) const SMOOTH: f64 = 1.0;
 const JUMPS: f64 = 0.5;
+
+/// Accelerations towards a contact that are reckoned with, in the largest met on the last path.
+const CAUTION: f64 = 8.0;
 
 /// Trials from one state at most: each shrinks, and a length has 52 powers of two and a few.
 const MOST_TRIALS: usize = 200;
@@ -75,6 +82,8 @@ pub struct Adaptive<T: Scalar, const D: usize, S, L, V> {
     pub(super) path: Path<T>,
     pub(super) records: [Record<T, D>; 3],
     pub(super) near: Vec<Near<T>>,
+    /// Whether gaps are to be looked at within trials.
+    pub(super) watches: bool,
     pub(super) candidates: Vec<Candidate<T>>,
     pub(super) point: Vec<T>,
     /// ε for jumps that is left.
@@ -115,12 +124,11 @@ where
         let (gap, velocity) = scheme.tolerances();
         let larger = nalgebra::RealField::max;
         let gap = if activation.gap_tolerance.is_some() { gap } else { larger(closed, gap) };
-        let root = nalgebra::ComplexField::sqrt(gap / scales.length);
-        // The speed of a bounce as high as γ under the accelerations that make the scene's speed over its length.
+        let root = nalgebra::ComplexField::sqrt(lit::<T>(BOUNCE) * epsilon::<T>());
         let velocity = if activation.velocity_tolerance.is_some() {
             velocity
         } else {
-            larger(velocity, lit::<T>(2.0) * root * scales.speed)
+            larger(velocity, root * scales.speed)
         };
         scheme.set_tolerances((gap, velocity));
         let dofs = scheme.state().q.len();
@@ -146,6 +154,7 @@ where
             path: Path::new(dofs),
             records,
             near: Vec::new(),
+            watches: true,
             candidates: Vec::new(),
             point: zeros(),
             for_jumps: lit::<T>(JUMPS) * settings.tolerance,
@@ -233,9 +242,10 @@ where
             size = smaller(size, control.to_event);
         }
         self.look_around(size);
+        self.watches = self.may_close(size, lit::<T>(CAUTION));
         let mut misses = 0;
         for _ in 0..MOST_TRIALS {
-            if let Some(impact) = self.impact_length(size) {
+            if let Some(impact) = self.impact_length(size)? {
                 return self.make_impact(smaller(self.on_rung(impact), left));
             }
             size = self.keep_open(size);
@@ -276,7 +286,7 @@ where
         Ok(())
     }
 
-    fn underflow(&self, step: T, limit: Limit) -> AdaptiveError {
+    pub(super) fn underflow(&self, step: T, limit: Limit) -> AdaptiveError {
         let (error, share) = self.last_error;
         AdaptiveError::Underflow {
             time: to_f64(self.scheme.state().time),
@@ -294,7 +304,7 @@ where
             return size;
         }
         let two = lit::<T>(2.0);
-        let slack = T::one() + lit::<T>(16.0) * crate::scalar::epsilon::<T>();
+        let slack = T::one() + lit::<T>(16.0) * epsilon::<T>();
         let power = nalgebra::ComplexField::floor(nalgebra::ComplexField::log2(size * slack / self.span));
         let rung = self.span * nalgebra::ComplexField::powf(two, power);
         // Half a power between two: a third of it is a power again.

@@ -2,6 +2,7 @@
 
 use super::driver::Adaptive;
 use super::roots::{falling_root, parabola_minimum};
+use super::{AdaptiveError, Limit};
 use crate::contact::ContactId;
 use crate::laws::ContactLaw;
 use crate::scalar::{Scalar, epsilon, lit};
@@ -33,6 +34,9 @@ pub(super) enum Meeting<T> {
 /// Gap at which a flight ends for an impact, and up to which a closing contact is made one, in γ.
 const LANDING: f64 = 0.3;
 const NEAR: f64 = 2.0;
+
+/// What the smallest step may move a body by at an impact, in γ.
+const COARSE: f64 = 100.0;
 
 /// Share of ε for the error that the velocity makes of one impact.
 const IMPACT: f64 = 1e-2;
@@ -86,9 +90,12 @@ where
     }
 
     /// The length of a step with an impact at its middle, where a contact touched approaches.
-    pub(super) fn impact_length(&self, size: T) -> Option<T> {
+    ///
+    /// # Errors
+    /// The smallest length would move a body by more than what counts as closed.
+    pub(super) fn impact_length(&self, size: T) -> Result<Option<T>, AdaptiveError> {
         let half = lit::<T>(0.5);
-        let mut length = None::<T>;
+        let mut wanted = None::<(T, T)>;
         for near in self.near.iter().filter(|near| self.touched(near)) {
             let speed = -near.rate;
             // Slower, the jump moves nothing by more than the gap that counts as closed.
@@ -97,11 +104,16 @@ where
             }
             let to_wall = larger(near.gap, half * self.closed * lit::<T>(LANDING));
             let centred = (to_wall + to_wall) / speed;
-            length = Some(length.map_or(centred, |length| smaller(length, centred)));
+            let (shortest, fastest) = wanted.unwrap_or((centred, speed));
+            wanted = Some((smaller(shortest, centred), larger(fastest, speed)));
         }
+        let Some((centred, speed)) = wanted else { return Ok(None) };
         let drift = larger(self.acceleration * self.remaining(), self.least);
-        let bound = lit::<T>(IMPACT) * self.settings.tolerance / drift;
-        length.map(|length| larger(smaller(length, larger(bound, self.least)), self.least))
+        let length = smaller(centred, lit::<T>(IMPACT) * self.settings.tolerance / drift);
+        if length < self.least && self.least * speed > self.closed * lit::<T>(COARSE) {
+            return Err(self.underflow(length, Limit::Event));
+        }
+        Ok(Some(larger(length, self.least)))
     }
 
     /// The longest length, `size` at most, over which no contact that is open closes at its present speed: the rules by
@@ -142,8 +154,8 @@ where
 
     /// Whether a contact that is open, or opens, may close within the time `size`: a trial step then comes first, whose path
     /// tells when.
-    pub(super) fn may_close(&self, size: T) -> bool {
-        let acceleration = self.acceleration * self.scheme.scales().length;
+    pub(super) fn may_close(&self, size: T, caution: T) -> bool {
+        let acceleration = caution * self.acceleration * self.scheme.scales().length;
         let falls = |near: &Near<T>| near.gap + size * (near.rate - acceleration * size) < T::zero();
         let moves = |near: &Near<T>| abs(near.rate) * size > self.closed;
         self.near.iter().any(|near| (!self.touched(near) || moves(near)) && falls(near))
@@ -200,6 +212,7 @@ where
         let landing = closed * lit::<T>(LANDING);
         let mut level = landing;
         let mut from = (T::zero(), near.gap - landing);
+        let mut fine = closed * lit::<T>(0.05);
         if near.gap <= landing || (self.touched(near) && near.rate > T::zero()) {
             // It has just bounced: the way up comes first.
             let fall = (end - near.gap - near.rate * size) * lit::<T>(2.0) / (size * size);
@@ -214,13 +227,14 @@ where
             if room >= top + top && kept {
                 return Meeting::Rest(room);
             }
+            fine = smaller(fine, near.rate * top * lit::<T>(1e-3));
             level = smaller(near.gap, landing);
             from = (top, self.gap_on_path(near, top) - level);
             if !(from.1 > T::zero()) {
                 return Meeting::At(size * half);
             }
         }
-        let close = closed * lit::<T>(0.05) + lit::<T>(4.0) * epsilon::<T>() * self.scheme.scales().length;
+        let close = fine + lit::<T>(4.0) * epsilon::<T>() * self.scheme.scales().length;
         let time =
             falling_root(from, (size, end - level), close, |time| self.gap_on_path(near, time) - level);
         Meeting::At(time)
@@ -284,7 +298,7 @@ where
         if hit {
             return Some(if i > 0 { third * lit::<T>(i as f64) } else { third * lit::<T>(0.5) });
         }
-        if near.is_empty() {
+        if !self.watches {
             return None;
         }
         point.copy_from_slice(&scheme.state().q);

@@ -18,14 +18,18 @@
 //!
 //! Every step kept is one θ-step of the scheme with its θ and its laws, never an extrapolation, so that the balance (56)
 //! and the sign of the contact works hold at each of them. The tolerances of the active set alone, where the user gave
-//! none, follow ε: γ = 10⁻⁴ ε L on gaps.
+//! none, are others: γ = 10⁻⁴ ε L on gaps, and on speeds that of a bounce which rounding hides, 1024 ε_machine L high.
 //!
 //! - **Between events** one step of 3h is compared with three of h, which are kept where
-//!   e_q + (T − t) e_v ≤ ½ ε 3h/(T − t₀): errors per unit of time, those of the velocity at what they become until T.
+//!   e_q + (T − t) e_v ≤ ε 3h/(T − t₀): errors per unit of time, those of the velocity at what they become until T.
 //!   Three and not two: in persistent stick Frémond's law at θ = ½ turns u_T over at every step (±c), a property of the law
 //!   and no error, which one and three steps agree about. The difference over 3² − 1 = 8 is the error of the three; over
 //!   3 − 1 = 2 where the order is 1: θ ≠ ½, H that turns along the step (constraints are kept with H(q_k)), contacts that
-//!   change between sticking, sliding and lifting. A PI controller chooses the next length.
+//!   change between sticking, sliding and lifting. Where the motion goes on as before, the three steps are made alone, and
+//!   their third differences give the h³/12 times the third derivatives that are their errors. A PI controller chooses
+//!   the next length.
+//! - **Forces in time** on a body that sticks are resolved as well, to 10⁻² ε of what they would do between two steps:
+//!   it shows nothing of them until it slides.
 //! - **Impacts.** A candidate that has overlapped at the end of a trial is traced back along the path of that trial, a
 //!   parabola, to the moment it closes. The flight is made again to end just before that, at a distance of γ, and a step
 //!   δ = 2g/|u_N| puts the impact at its middle, where a θ-step at θ = ½ has no error of first order in q: its velocity
@@ -34,16 +38,17 @@
 //!   for one that closes, no step is longer than a free candidate takes to close at its present speed; near a grazing
 //!   contact that halves the distance step by step.
 //! - **Dips.** A gap with a minimum between the ends of three steps is looked at there.
-//! - **Accumulation.** A bounce lower than γ is not resolved: a step of γ/|u_N| keeps the contact active, which the law
-//!   brings to rest; both series are geometric, O(log 1/ε) steps. e = 1 never rests.
+//! - **Accumulation.** Bounces are followed down, three steps each. One that the active set would keep (by predicted gaps
+//!   if it is lower than γ, by rule (55) if rounding hides it) is not flown: a step of γ/|u_N| keeps the contact active,
+//!   and the law brings it to rest. Both series are geometric, O(log) steps. e = 1 never rests.
 //! - **Ends of sliding.** Sliding that ends within a step is ended by a step of its own, to where it would stop, up to
 //!   10⁻² ε L/(T − t) of speed. Sticking that ends, and contacts that lift, change their forces continuously: the
 //!   estimate is enough.
-//! - **Jumps** of forces in time, that no step length reconciles, take from one half of ε, a twentieth of what is left
-//!   of it each.
+//! - **Jumps** of forces in time, and what else no step length reconciles, take from another half of ε, a twentieth of
+//!   what is left of it each.
 //!
-//! Where M̂ depends on h and is not diagonal, lengths are the span over powers of two, and thirds of them: the scheme
-//! keeps their factors. An approach then goes down that ladder.
+//! Where M̂ depends on h and is not diagonal, lengths are the span times 2⁻ʲ and 3·2⁻ʲ, and thirds of them: the
+//! scheme keeps their factors. An approach then goes down that ladder.
 //!
 //! # What it cannot do
 //!

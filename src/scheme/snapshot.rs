@@ -100,6 +100,7 @@ where
             }
         }
         self.state.index = snapshot.index();
+        self.last_length = self.settings.step;
         let [origin, low] = snapshot.clock.map(lit);
         self.clock = Clock { origin, low, index: snapshot.clock_index as usize };
         self.state.time = self.clock.at(self.state.index, self.settings.step);

@@ -17,6 +17,9 @@ use crate::scalar::{Scalar, all_finite, lit, to_f64};
 use crate::solver::{ConeSolver, Solution};
 use crate::system::{MechanicalSystem, Prescribed};
 
+/// Most that percussions are scaled by to start the next step with, where its length is another.
+const MOST_GROWTH: f64 = 8.0;
+
 impl<T, const D: usize, S, L, V> ThetaScheme<T, D, S, L, V>
 where
     T: Scalar,
@@ -145,6 +148,11 @@ where
         friction.clear();
         self.warm_start.clear();
         self.older_start.clear();
+        // Percussions of a lasting contact grow with the step; those of an impact, made in a step of its own, do not.
+        let mut growth = self.settings.step / self.last_length;
+        if !(growth <= lit(MOST_GROWTH) && growth >= lit(1.0 / MOST_GROWTH)) {
+            growth = T::one();
+        }
         let mut known = self.last.contacts.iter().peekable();
         let mut older = self.older.iter().peekable();
         for (i, contact) in self.next.contacts.iter().enumerate() {
@@ -167,8 +175,8 @@ where
                 self.warm_start.push(self.percussions[i]);
                 continue;
             }
-            self.warm_start.push(percussion_of(contact.id, &mut known));
-            self.older_start.push(percussion_of(contact.id, &mut older));
+            self.warm_start.push(percussion_of(contact.id, &mut known) * growth);
+            self.older_start.push(percussion_of(contact.id, &mut older) * growth);
         }
         Ok(())
     }
@@ -302,6 +310,7 @@ where
         std::mem::swap(&mut state.v, &mut next.v);
         next.momentum.swap(0, 1);
         next.elastic_force.swap(0, 1);
+        self.last_length = self.settings.step;
         state.index += 1;
         state.time = self.clock.at(state.index, self.settings.step);
         (last.energies, last.balance, last.solution) = (energies, balance, solution);

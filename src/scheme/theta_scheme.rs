@@ -61,6 +61,8 @@ pub struct ThetaScheme<T: Scalar, const D: usize, S, L, V> {
     pub(super) last: Step<T, D>,
     /// Contacts of the step before the last.
     pub(super) older: Vec<ContactStep<T, D>>,
+    /// Length of the last step (s).
+    pub(super) last_length: T,
     pub(super) next: Next<T, D>,
     pub(super) candidates: Vec<Candidate<T>>,
     pub(super) jacobian: BlockRows<T, D>,
@@ -157,6 +159,7 @@ where
             state: State { index: 0, time: start_time, q, v },
             last: Step { contacts: Vec::new(), energies, balance: Balance::default(), solution: None },
             older: Vec::new(),
+            last_length: settings.step,
             next,
             candidates: Vec::new(),
             jacobian: BlockRows::new(),

@@ -73,6 +73,7 @@ pub(crate) struct Saved<T: Scalar, const D: usize> {
     energies: Energies<T>,
     balance: Balance<T>,
     solution: Option<Solution<T>>,
+    length: T,
     clock: Clock<T>,
 }
 
@@ -221,6 +222,7 @@ where
             energies: self.last.energies,
             balance: self.last.balance,
             solution: self.last.solution,
+            length: self.last_length,
             clock: self.clock.moved(self.state.index, self.settings.step),
         }
     }
@@ -236,6 +238,7 @@ where
         saved.older.clone_from(&self.older);
         (saved.energies, saved.balance, saved.solution) =
             (self.last.energies, self.last.balance, self.last.solution);
+        saved.length = self.last_length;
         saved.clock = self.clock.moved(self.state.index, self.settings.step);
     }
 
@@ -254,6 +257,7 @@ where
         self.older.clone_from(&saved.older);
         (self.last.energies, self.last.balance, self.last.solution) =
             (saved.energies, saved.balance, saved.solution);
+        self.last_length = saved.length;
         self.clock = saved.clock;
         (self.state.index, self.state.time) = (saved.clock.index, saved.clock.origin);
     }
