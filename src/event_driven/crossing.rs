@@ -25,8 +25,10 @@ pub(super) trait Functions {
     fn count(&self) -> usize;
     /// Values at `time`.
     fn at(&mut self, time: f64, values: &mut [f64]) -> Result<(), Self::Error>;
-    /// How far below zero function `i` may be by rounding.
-    fn rounding(&self, i: usize) -> f64;
+    /// How far below zero function `i` may be by rounding, in an interval that starts at `time`.
+    fn rounding(&self, i: usize, time: f64) -> f64;
+    /// A time at which the search is split in two, for functions whose rounding changes there.
+    fn split(&self) -> f64;
 }
 
 /// A search that did not end.
@@ -73,8 +75,9 @@ enum Verdict {
 
 fn verdict(samples: &Samples, rounding: f64) -> Verdict {
     let c = TABLE.transform.map(|row| row.iter().zip(samples).map(|(t, f)| t * f).sum::<f64>());
-    // What the interpolant leaves out, from the decay of its last coefficients.
-    let tail = c[DEGREE - 3..].iter().fold(0.0_f64, |tail, c| tail.max(c.abs())) * DEGREE as f64;
+    // What the interpolant leaves out, from the decay of its last coefficients: nothing where they are rounding.
+    let tail = c[DEGREE - 3..].iter().fold(0.0_f64, |tail, c| tail.max(c.abs()));
+    let tail = if tail <= rounding { 0.0 } else { tail * DEGREE as f64 };
     let rest: f64 = c[1..].iter().map(|c| c.abs()).sum();
     if c[0] - rest - tail >= -rounding {
         return Verdict::Clear;
@@ -107,7 +110,8 @@ where
     if count == 0 {
         return Ok(None);
     }
-    let mut stack = vec![(0.0, end)];
+    let split = functions.split();
+    let mut stack = if split < end { vec![(split, end), (0.0, split)] } else { vec![(0.0, end)] };
     let (mut values, mut samples) = (vec![0.0; count], vec![[0.0; DEGREE + 1]; count]);
     let mut intervals = 0;
     while let Some((a, b)) = stack.pop() {
@@ -128,7 +132,7 @@ where
         let mut brackets: Vec<(usize, f64, f64)> = Vec::new();
         let mut open = false;
         for (i, samples) in samples.iter().enumerate() {
-            let rounding = functions.rounding(i);
+            let rounding = functions.rounding(i, a);
             match verdict(samples, rounding) {
                 Verdict::Clear => {}
                 Verdict::Crosses => brackets.push((i, a, b)),
@@ -224,8 +228,11 @@ mod tests {
             values.iter_mut().enumerate().for_each(|(i, value)| *value = (self.0)(time, i));
             Ok(())
         }
-        fn rounding(&self, _: usize) -> f64 {
+        fn rounding(&self, _: usize, _: f64) -> f64 {
             4e-15
+        }
+        fn split(&self) -> f64 {
+            0.3
         }
     }
 

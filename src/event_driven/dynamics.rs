@@ -16,6 +16,13 @@ pub(super) struct Held {
     pub(super) interface: usize,
     pub(super) friction: f64,
     pub(super) mode: Mode,
+    /// Forces (N, T) inside the cones that those of redundant contacts are nearest to; zero where none is known.
+    pub(super) reference: [f64; 2],
+}
+
+/// The vectors that the references of contacts are.
+pub(super) fn references<const D: usize>(contacts: &[Held]) -> Vec<SVector<f64, D>> {
+    contacts.iter().map(|held| SVector::from_fn(|d, _| held.reference[d.min(1)])).collect()
 }
 
 /// H of some contacts, M⁻¹ Hᵀ and W = H M⁻¹ Hᵀ.
@@ -216,17 +223,8 @@ impl<S: MechanicalSystem<f64, D>, const D: usize> Dynamics<S, D> {
         } else {
             let (local, frame, free) = self.contact_accelerations(time, q, v, held)?;
             let modes: Vec<Mode> = held.iter().map(|contact| contact.mode).collect();
-            let (zeros, ones) = (vec![SVector::zeros(); held.len()], vec![1.0; held.len()]);
-            let singular = || EventFailure::Inconsistent { contacts: held.len() };
-            let mut solution = local.with_modes(&modes, &zeros, &ones).ok_or_else(singular)?;
-            if solution.redundant {
-                // Redundant contacts share the tangential force in proportion to the normal ones: together they then
-                // slide when the sum of the forces reaches the sum of the cones.
-                let largest = solution.p.iter().fold(0.0_f64, |largest, p| largest.max(p[0]));
-                let share = |p: &SVector<f64, D>| p[0].max(1e-9 * largest).max(f64::MIN_POSITIVE);
-                let weights: Vec<f64> = solution.p.iter().map(share).collect();
-                solution = local.with_modes(&modes, &zeros, &weights).ok_or_else(singular)?;
-            }
+            let solution = local.shared(&modes, &references(held));
+            let solution = solution.ok_or(EventFailure::Inconsistent { contacts: held.len() })?;
             let WithModes { p, .. } = solution;
             let flat = DVector::from_iterator(p.len() * D, p.iter().flat_map(|p| p.iter().copied()));
             let a = DVector::from_vec(free) + &frame.inverse * flat;

@@ -120,9 +120,14 @@ impl<S: MechanicalSystem<f64, D>, const D: usize> Functions for Events<'_, S, D>
         self.kinds.len()
     }
 
-    fn rounding(&self, i: usize) -> f64 {
+    fn split(&self) -> f64 {
+        self.short
+    }
+
+    fn rounding(&self, i: usize, time: f64) -> f64 {
         match self.kinds[i] {
             Kind::Speed => self.rounding.speed,
+            Kind::MeanSpeed if time >= self.short => self.rounding.gap / time,
             Kind::MeanSpeed => self.rounding.mean_speed,
             Kind::Gap => self.rounding.gap,
             Kind::Presence => 0.0,
@@ -173,8 +178,8 @@ impl<S: MechanicalSystem<f64, D>, const D: usize> Functions for Events<'_, S, D>
             }
         }
         if tau <= self.short {
-            for i in 0..self.leaving.len() {
-                values[i] = self.mean_speed(self.leaving[i], tau);
+            for (i, value) in values.iter_mut().enumerate().take(self.leaving.len()) {
+                *value = self.mean_speed(self.leaving[i], tau);
             }
         }
         Ok(())

@@ -19,7 +19,7 @@ use crate::system::{MechanicalSystem, Scales};
 const THETA: f64 = 0.5;
 
 /// Most events at one time that are neither impacts nor progress.
-const MOST_AT_ONCE: usize = 12;
+const MOST_AT_ONCE: usize = 14;
 
 /// Largest overlap at the start, relative to the length of the scene.
 const OVERLAP: f64 = 1e-9;
@@ -71,6 +71,7 @@ where
         held: Vec::new(),
         step: f64::INFINITY,
         events: 0,
+        settled: f64::NEG_INFINITY,
         stalled: 0,
         motion,
     };
@@ -143,6 +144,8 @@ struct Integrator<'s, S, L, V, const D: usize> {
     /// Length the next step may have (s).
     step: f64,
     events: usize,
+    /// When the modes were last settled.
+    settled: f64,
     /// Events since the time last moved on.
     stalled: usize,
     motion: Motion,
@@ -185,7 +188,7 @@ where
         for candidate in self.dynamics.candidates(&self.q, f64::INFINITY)? {
             if candidate.gap <= tolerance || Some(candidate.id) == closing {
                 let (id, interface) = (candidate.id, candidate.interface);
-                closed.push(Held { id, interface, friction: 0.0, mode: Mode::Open });
+                closed.push(Held { id, interface, friction: 0.0, mode: Mode::Open, reference: [0.0; 2] });
             }
         }
         for held in &mut closed {
@@ -228,10 +231,16 @@ where
                 continue;
             };
             held.iter_mut().zip(modes).for_each(|(held, mode)| held.mode = mode);
-            held.retain(|held| held.mode != Mode::Open);
+            // A contact that opens, but approaches by rounding, does not approach.
+            let approaching = held.iter().zip(&u).filter(|(held, u)| held.mode != Mode::Open || u[0] < 0.0);
+            let corrected: Vec<Held> = approaching.map(|(&held, _)| held).collect();
+            let (mut held, slip): (Vec<Held>, Vec<Option<f64>>) =
+                held.into_iter().zip(slip).filter(|(held, _)| held.mode != Mode::Open).unzip();
+            self.share(&mut held, &slip)?;
             self.record_changes(&held);
             self.held = held;
-            return self.project();
+            self.settled = self.time;
+            return self.project(&corrected);
         }
     }
 
@@ -325,14 +334,31 @@ where
         let Some((p, _)) = local.solve(&mut self.solver, slip)? else { return Ok(None) };
         let flat = DVector::from_iterator(p.len() * D, p.iter().flat_map(|p| p.iter().copied()));
         let a = DVector::from_vec(free) + &frame.inverse * flat;
-        // Repeated events at one time look further ahead each time.
+        // Events in quick succession look less far ahead, repeated ones at the same time further each time.
         let period = self.step.min(self.length / self.speed);
-        let ahead = 1e-6 * period * 10f64.powi(self.stalled.min(4) as i32);
+        let period = period.min((self.time - self.settled).max(1e-8 * period));
+        let ahead = 1e-6 * period * 10f64.powi(self.stalled.min(MOST_AT_ONCE) as i32);
         axpy(&mut q, ahead, &v);
         axpy(&mut q, 0.5 * ahead * ahead, a.as_slice());
         axpy(&mut v, ahead, a.as_slice());
         let (local, ..) = self.dynamics.contact_accelerations(self.time + ahead, &q, &v, touching)?;
         Ok(local.solve(&mut self.solver, slip)?.map(|(_, modes)| modes))
+    }
+
+    /// Gives redundant contacts forces to stay near where their simple sharing would make one slide that need not.
+    fn share(&mut self, held: &mut [Held], slip: &[Option<f64>]) -> Result<(), EventFailure> {
+        if !held.iter().any(|held| held.mode == Mode::Stick) {
+            return Ok(());
+        }
+        let (local, ..) = self.dynamics.contact_accelerations(self.time, &self.q, &self.v, held)?;
+        let modes: Vec<Mode> = held.iter().map(|held| held.mode).collect();
+        if local.shares_badly(&modes)
+            && let Some(forces) = local.inmost(&mut self.solver, slip, &modes)
+        {
+            let pair = |p: &SVector<f64, D>| [p[0], if D == 2 { p[D - 1] } else { 0.0 }];
+            held.iter_mut().zip(&forces).for_each(|(held, p)| held.reference = pair(p));
+        }
+        Ok(())
     }
 
     fn record_changes(&mut self, held: &[Held]) {
@@ -346,37 +372,32 @@ where
     }
 
     /// Moves (q, v), in the metric of M, to g = 0, u_N = 0, and u_T = 0 where a contact sticks: by rounding.
-    fn project(&mut self) -> Result<(), EventFailure> {
-        if self.held.is_empty() {
+    fn project(&mut self, contacts: &[Held]) -> Result<(), EventFailure> {
+        let count = contacts.len();
+        if count == 0 {
             return Ok(());
         }
-        let count = self.held.len();
         let zeros = vec![SVector::zeros(); count];
-        let frame = self.dynamics.frame(self.held.iter().map(|held| held.id), &self.q)?;
-        let mut b = DVector::zeros(count * D);
+        let frame = self.dynamics.frame(contacts.iter().map(|held| held.id), &self.q)?;
+        let mut gaps = DVector::zeros(count * D);
         for candidate in self.dynamics.candidates(&self.q, f64::INFINITY)? {
-            if let Some(i) = self.held.iter().position(|held| held.id == candidate.id) {
-                b[i * D] = candidate.gap;
+            if let Some(i) = contacts.iter().position(|held| held.id == candidate.id) {
+                gaps[i * D] = candidate.gap;
             }
         }
+        // The correction of a contact that may slide is normal: it has no friction.
         let correct = |x: &mut [f64], b: DVector<f64>, modes: &[Mode]| {
-            let friction =
-                self.held.iter().map(|held| if D == 2 { held.friction.max(f64::MIN_POSITIVE) } else { 0.0 });
-            let local = Local::<D> { w: frame.w.clone(), b, friction: friction.collect() };
+            let friction = modes.iter().map(|mode| if *mode == Mode::Stick { 1.0 } else { 0.0 }).collect();
+            let local = Local::<D> { w: frame.w.clone(), b, friction };
             if let Some(found) = local.with_modes(modes, &zeros, &vec![1.0; count]) {
                 let flat = DVector::from_iterator(count * D, found.p.iter().flat_map(|p| p.iter().copied()));
                 axpy(x, 1.0, (&frame.inverse * flat).as_slice());
             }
         };
-        // Without friction the correction of a sliding contact is normal.
-        let normal = vec![Mode::Slide(0.0); count];
-        correct(&mut self.q, b, &normal);
+        correct(&mut self.q, gaps, &vec![Mode::Slide(1.0); count]);
         let u = &frame.h * DVector::from_column_slice(&self.v);
-        let modes: Vec<Mode> = self
-            .held
-            .iter()
-            .map(|held| if held.mode == Mode::Stick { Mode::Stick } else { Mode::Slide(0.0) })
-            .collect();
+        let mode = |held: &Held| if held.mode == Mode::Stick { Mode::Stick } else { Mode::Slide(1.0) };
+        let modes: Vec<Mode> = contacts.iter().map(mode).collect();
         correct(&mut self.v, u, &modes);
         Ok(())
     }
@@ -413,7 +434,7 @@ where
         let speed = self.speed.max(reach_v);
         let epsilon = f64::EPSILON;
         let rounding = Rounding {
-            gap: 16.0 * epsilon * self.length.max(reach_q),
+            gap: 32.0 * epsilon * self.length.max(reach_q),
             speed: 64.0 * epsilon * speed,
             mean_speed: 128.0 * epsilon * speed,
             acceleration: 1e-12 * (speed * speed / self.length).max(self.largest_acceleration(&piece)),
@@ -424,11 +445,24 @@ where
         let crossing = first_crossing(&mut events, h)?;
         let event = crossing.map(|(tau, i)| (tau, events.closes(i)));
         let tau = event.map_or(h, |(tau, _)| tau);
+        let piece = if tau > 0.0 && tau < 0.25 * h { self.shorter(piece, tau)? } else { piece };
         self.advance(*piece, tau, if event.is_none() && h == remaining { Some(smooth) } else { None });
         if event.is_none() {
-            self.project()?;
+            let held = std::mem::take(&mut self.held);
+            self.project(&held)?;
+            self.held = held;
         }
         Ok(event.map(|(_, closing)| closing))
+    }
+
+    /// The piece made again for its beginning alone, whose digits are then those of its length.
+    fn shorter(&mut self, piece: Box<Piece>, tau: f64) -> Result<Box<Piece>, EventFailure> {
+        let state = (self.time, &*self.q, &*self.v);
+        let tolerances = (self.settings.tolerance, self.speed);
+        match step(&mut self.dynamics, &self.held, state, self.totals, tau, tolerances)? {
+            Tried::Accepted(shorter, _) => Ok(shorter),
+            Tried::Rejected(_) => Ok(piece),
+        }
     }
 
     fn largest_acceleration(&self, piece: &Piece) -> f64 {

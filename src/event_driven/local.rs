@@ -38,6 +38,9 @@ pub(super) struct WithModes<const D: usize> {
     pub(super) redundant: bool,
 }
 
+/// Percussions, or forces, and the modes they belong to.
+pub(super) type Solved<const D: usize> = (Vec<SVector<f64, D>>, Vec<Mode>);
+
 impl<const D: usize> Local<D> {
     /// Number of contacts.
     pub(super) fn contacts(&self) -> usize {
@@ -110,6 +113,64 @@ impl<const D: usize> Local<D> {
         p.iter().all(|p| p.iter().all(|x| x.is_finite())).then_some(WithModes { p, redundant })
     }
 
+    /// [`with_modes`](Self::with_modes), of many the one whose forces differ from `reference` in proportion to the normal
+    /// forces there; without reference, contacts share what is not determined in proportion to their normal forces, and
+    /// those of equal friction and direction begin to slide together, when their sum reaches the sum of the cones.
+    pub(super) fn shared(&self, modes: &[Mode], reference: &[SVector<f64, D>]) -> Option<WithModes<D>> {
+        let zeros = vec![SVector::zeros(); modes.len()];
+        let solution = self.with_modes(modes, &zeros, &vec![1.0; modes.len()])?;
+        if !solution.redundant {
+            return Some(solution);
+        }
+        let known = reference.iter().any(|p| p[0] > 0.0);
+        let (from, normal) = if known { (reference, reference) } else { (&*zeros, &*solution.p) };
+        let largest = normal.iter().fold(0.0_f64, |largest, p| largest.max(p[0]));
+        let weight = |p: &SVector<f64, D>| p[0].max(1e-9 * largest).max(f64::MIN_POSITIVE);
+        self.with_modes(modes, from, &normal.iter().map(weight).collect::<Vec<f64>>())
+    }
+
+    /// Whether the sharing without reference of redundant contacts leaves the cone of one that sticks.
+    pub(super) fn shares_badly(&self, modes: &[Mode]) -> bool {
+        let zeros = vec![SVector::zeros(); modes.len()];
+        let Some(WithModes { p, redundant: true }) = self.shared(modes, &zeros) else { return false };
+        let size = p.iter().map(|p| p.amax()).fold(0.0, f64::max);
+        let outside = |(i, p): (usize, &SVector<f64, D>)| {
+            let over = if modes[i] == Mode::Stick { p[D - 1].abs() - self.friction[i] * p[0] } else { 0.0 };
+            over.max(-p[0]) > CONSISTENT * size
+        };
+        p.iter().enumerate().any(outside)
+    }
+
+    /// The forces furthest inside the cones of the contacts that stick: those that the least friction sustains, by bisection.
+    pub(super) fn inmost<V: ConeSolver<f64, D>>(
+        &self,
+        solver: &mut V,
+        slip: &[Option<f64>],
+        modes: &[Mode],
+    ) -> Option<Vec<SVector<f64, D>>> {
+        let size = self.b.amax();
+        let (mut low, mut high, mut best) = (0.0, 1.0, None);
+        for trial in 0..12 {
+            let share = if trial == 0 { 1.0 } else { 0.5 * (low + high) };
+            let scaled = |(mu, mode): (&f64, &Mode)| if *mode == Mode::Stick { share * mu } else { *mu };
+            let friction = self.friction.iter().zip(modes).map(scaled).collect();
+            let eased = Self { w: self.w.clone(), b: self.b.clone(), friction };
+            let holds = |p: &Vec<SVector<f64, D>>| {
+                let still = |(w, mode): (&SVector<f64, D>, &Mode)| match mode {
+                    Mode::Open => true,
+                    Mode::Slide(_) => w[0].abs() <= TOLERABLE * size,
+                    Mode::Stick => w.amax() <= TOLERABLE * size,
+                };
+                self.shifted(p).iter().zip(modes).all(still)
+            };
+            match eased.solve(solver, slip).ok().flatten().map(|(p, _)| p).filter(holds) {
+                Some(p) => (high, best) = (share, Some(p)),
+                None => low = share,
+            }
+        }
+        best
+    }
+
     /// The solution and its modes; contact i with `slip[i]` = ±1 slides that way if it stays closed, whatever b_T says.
     ///
     /// `None` where no such slide exists (Painlevé's paradox), or none is found.
@@ -117,7 +178,7 @@ impl<const D: usize> Local<D> {
         &self,
         solver: &mut V,
         slip: &[Option<f64>],
-    ) -> Result<Option<(Vec<SVector<f64, D>>, Vec<Mode>)>, EventFailure> {
+    ) -> Result<Option<Solved<D>>, EventFailure> {
         let m = self.contacts();
         let zero = vec![SVector::<f64, D>::zeros(); m];
         let normal = (0..m).map(|i| self.b[i * D].abs()).fold(0.0, f64::max);
@@ -181,12 +242,7 @@ impl<const D: usize> Local<D> {
 
     /// The exact solution near `p`, by correcting the modes one at a time. Where that does not end, the exact solution
     /// of the modes that were given, if it misses their inequalities by no more than a solver may.
-    fn refine(
-        &self,
-        p: &[SVector<f64, D>],
-        modes: Vec<Mode>,
-        slip: &[Option<f64>],
-    ) -> Option<(Vec<SVector<f64, D>>, Vec<Mode>)> {
+    fn refine(&self, p: &[SVector<f64, D>], modes: Vec<Mode>, slip: &[Option<f64>]) -> Option<Solved<D>> {
         let first = modes.clone();
         let mut modes = modes;
         for _ in 0..8 * modes.len() + 8 {
@@ -221,10 +277,12 @@ impl<const D: usize> Local<D> {
             };
             self.b[row].abs() + exact.iter().enumerate().map(term).sum::<f64>()
         };
+        // b itself is a difference of larger numbers.
+        let rounding = 64.0 * f64::EPSILON * self.b.amax();
         let (mut worst, mut flip) = (tolerance, None);
         let mut consider = |miss: f64, size: f64, i: usize, mode: Mode| {
-            if miss > worst * size {
-                (worst, flip) = (miss / size, Some((i, mode)));
+            if miss > rounding + worst * size {
+                (worst, flip) = ((miss - rounding) / size, Some((i, mode)));
             }
         };
         for i in 0..modes.len() {
@@ -233,7 +291,7 @@ impl<const D: usize> Local<D> {
             let (normal, tangential) = (size(i, 0), size(i, D - 1));
             let (weight, drag) =
                 (exact[i][0] * self.diagonal(i, 0), exact[i][D - 1] * self.diagonal(i, D - 1));
-            if modes[i] != Mode::Open && w[i][0].abs() > TOLERABLE * normal {
+            if modes[i] != Mode::Open && w[i][0].abs() > rounding + TOLERABLE * normal {
                 return None;
             }
             match modes[i] {
@@ -246,7 +304,7 @@ impl<const D: usize> Local<D> {
                     consider(-w[i][0], normal, i, closed);
                 }
                 Mode::Stick => {
-                    if w[i][D - 1].abs() > TOLERABLE * tangential {
+                    if w[i][D - 1].abs() > rounding + TOLERABLE * tangential {
                         return None;
                     }
                     let limit = self.friction[i] * exact[i][0] * self.diagonal(i, D - 1);

@@ -1,5 +1,7 @@
 //! The motion found: pieces with dense output, impacts, changes of mode.
 
+use std::fmt;
+
 use super::piece::{Piece, Totals};
 use crate::contact::ContactId;
 use crate::energy::{Balance, Energies};
@@ -56,7 +58,7 @@ pub struct ImpactEvent {
 }
 
 /// The motion of a system over [`start`](Self::start) … [`end`](Self::end).
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub struct Motion {
     pub(super) pieces: Vec<Piece>,
     pub(super) impacts: Vec<ImpactEvent>,
@@ -69,6 +71,18 @@ pub struct Motion {
     pub(super) last: Piece,
 }
 
+impl fmt::Debug for Motion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { pieces, impacts, changes, .. } = self;
+        let (start, end) = (self.start(), self.end());
+        let (pieces, impacts, changes) = (pieces.len(), impacts.len(), changes.len());
+        write!(
+            f,
+            "Motion {{ {start}..{end} s, {pieces} pieces, {impacts} impacts, {changes} changes of mode }}"
+        )
+    }
+}
+
 impl Motion {
     /// Where the motion starts (s).
     pub fn start(&self) -> f64 {
@@ -77,7 +91,7 @@ impl Motion {
 
     /// Where it ends (s).
     pub fn end(&self) -> f64 {
-        self.last.start
+        self.last.end
     }
 
     /// Number of degrees of freedom n.
@@ -172,7 +186,7 @@ impl Motion {
 
     /// The piece that begins last, at or before `time`, and the time since.
     fn after(&self, time: f64) -> (&Piece, f64) {
-        if time >= self.last.start {
+        if time >= self.last.end {
             return (&self.last, 0.0);
         }
         let count = self.pieces.partition_point(|piece| piece.start <= time);

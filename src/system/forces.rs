@@ -8,7 +8,7 @@ use crate::scalar::Scalar;
 type Varying<T> = Box<dyn Fn(T, &mut [T]) + Send + Sync>;
 
 /// A signal with the forces that it scales, by degree of freedom.
-type Load<T> = (Signal<T>, Vec<(usize, T)>);
+pub(super) type Load<T> = (Signal<T>, Vec<(usize, T)>);
 
 /// F(t) = F₀ + F₁(t), generalised forces (N, N m).
 pub struct Forces<T: Scalar> {

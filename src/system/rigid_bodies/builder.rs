@@ -9,6 +9,7 @@ use super::sweep::Sweep;
 use super::{Interfaces, RigidBodies};
 use crate::linalg::Symmetric;
 use crate::scalar::{Scalar, all_finite, lit, to_f64};
+use crate::system::forces::Load;
 use crate::system::{Forces, Signal, SystemError};
 
 /// Mass (kg) and moment of inertia about the centre of mass (kg m²) of a body.
@@ -44,7 +45,7 @@ pub struct GroupId(usize);
 pub struct RigidBodiesBuilder<T: Scalar> {
     bodies: Vec<(String, Body<T>)>,
     force: Vec<T>,
-    loads: Vec<(Signal<T>, Vec<(usize, T)>)>,
+    loads: Vec<Load<T>>,
     /// Diagonals of K and C; empty while no body has a spring, no body a damper.
     stiffness: Vec<T>,
     damping: Vec<T>,
