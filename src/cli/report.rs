@@ -6,7 +6,7 @@ use std::io::Write as _;
 use std::process::ExitCode;
 
 use nonsmooth::laws::{LAWS, Parameter};
-use nonsmooth::observe::RunSummary;
+use nonsmooth::observe::{RunSummary, Units};
 use nonsmooth::solver::{DEFAULT, SOLVERS};
 
 /// Impacts shown in the table; the others are in `summary.json`.
@@ -46,7 +46,7 @@ pub(super) fn solvers() -> Result<ExitCode, Box<dyn Error>> {
 }
 
 /// The impacts of all runs side by side, and a line of figures for each run.
-pub(super) fn runs(title: &str, runs: &[RunSummary]) -> Result<ExitCode, Box<dyn Error>> {
+pub(super) fn runs(title: &str, runs: &[RunSummary], units: &Units) -> Result<ExitCode, Box<dyn Error>> {
     let several_solvers = runs.iter().any(|run| run.solver != runs[0].solver);
     let label = |run: &RunSummary| match several_solvers {
         true => format!("{}/{}", run.law, run.solver),
@@ -54,17 +54,18 @@ pub(super) fn runs(title: &str, runs: &[RunSummary]) -> Result<ExitCode, Box<dyn
     };
     let width = runs.iter().map(|run| label(run).chars().count()).max().unwrap_or(0).max(3);
     let mut text = format!("{title}\n\n");
-    impacts(&mut text, runs, label, width)?;
+    impacts(&mut text, runs, label, width, units)?;
+    let energy = |name: &str| format!("{name} ({})", units.energy);
     writeln!(
         text,
         "{:width$}  {:>9} {:>8}  {:>12} {:>12}  {:>11} {:>11} {:>6}  {:>9} {:>9}",
         "run",
         "steps",
         "µs/step",
-        "first E (J)",
-        "final E (J)",
-        "max w_N (J)",
-        "max w_T (J)",
+        energy("first E"),
+        energy("final E"),
+        energy("max w_N"),
+        energy("max w_T"),
         "w > 0",
         "imbalance",
         "residual",
@@ -112,13 +113,15 @@ fn impacts(
     runs: &[RunSummary],
     label: impl Fn(&RunSummary) -> String,
     width: usize,
+    units: &Units,
 ) -> std::fmt::Result {
     let most = runs.iter().map(|run| run.impacts.len()).max().unwrap_or(0);
     if most == 0 {
         return writeln!(text, "no impact\n");
     }
-    let heads = ["u_N-", "u_T-", "u_N+", "u_T+", "p_N", "p_T", "w_N (J)", "w_T (J)"];
-    write!(text, "impact  {:width$} {:>9} {:>10}", "run", "step", "t (s)")?;
+    let works = ["w_N", "w_T"].map(|work| format!("{work} ({})", units.energy));
+    let heads = ["u_N-", "u_T-", "u_N+", "u_T+", "p_N", "p_T", &works[0], &works[1]];
+    write!(text, "impact  {:width$} {:>9} {:>10}", "run", "step", format!("t ({})", units.time))?;
     heads.iter().try_for_each(|head| write!(text, " {head:>11}"))?;
     writeln!(text, "  contact")?;
     for i in 0..most.min(SHOWN_IMPACTS) {

@@ -12,11 +12,11 @@ use nonsmooth::file::AtomicFile;
 use nonsmooth::laws::ContactLaw as _;
 use nonsmooth::mesh::Mesh;
 use nonsmooth::observe::{
-    CsvFiles, ObserveError, Rates, RunInfo, RunSeries, RunSummary, SeriesRecorder, SummaryRecorder,
+    CsvFiles, ObserveError, Rates, RunInfo, RunSeries, RunSummary, SeriesRecorder, SummaryRecorder, Units,
     comparison_figure, elastic_figure, mesh_figure, run_figure,
 };
 use nonsmooth::scalar::Scalar;
-use nonsmooth::scene::{self, Overrides, Run, ScalarName, Scene};
+use nonsmooth::scene::{self, Overrides, Run, ScalarName, Scene, UnitsName};
 use nonsmooth::simulate::{Outcome, SimulateError, begin, end};
 use nonsmooth::system::MechanicalSystem as _;
 use serde::Serialize;
@@ -141,7 +141,7 @@ impl Session<'_> {
             let drafts = checkpoint::folder(&folder);
             std::fs::remove_dir_all(&drafts).map_err(|error| ObserveError::new(&drafts, error))?;
         }
-        report::runs(&self.scene.title, &results.summaries)?;
+        report::runs(&self.scene.title, &results.summaries, self.units())?;
         println!("\nresults in {}", folder.display());
         if let Some(failure) = &results.failure {
             eprintln!("error: {failure}");
@@ -277,6 +277,13 @@ impl Session<'_> {
         given.unwrap_or_else(|| Path::new("out").join(stem))
     }
 
+    fn units(&self) -> &'static Units {
+        match self.scene.units {
+            UnitsName::Si => &Units::SI,
+            UnitsName::MmMsG => &Units::MM_MS_G,
+        }
+    }
+
     fn write(
         &self,
         folder: &Path,
@@ -296,15 +303,17 @@ impl Session<'_> {
         if self.arguments.no_figures {
             return Ok(());
         }
+        let units = self.units();
         for series in &results.series {
-            let figure = if mesh.is_some() { elastic_figure(series) } else { run_figure(series) };
+            let figure =
+                if mesh.is_some() { elastic_figure(series, units) } else { run_figure(series, units) };
             figure.save(&folder.join(self.name(&series.law, &series.solver)))?;
         }
         if let Some(mesh) = mesh {
-            mesh_figure(mesh).save(&folder.join("mesh"))?;
+            mesh_figure(mesh, units).save(&folder.join("mesh"))?;
         }
         if results.series.len() > 1 {
-            comparison_figure(&results.series).save(&folder.join("comparison"))?;
+            comparison_figure(&results.series, units).save(&folder.join("comparison"))?;
         }
         Ok(())
     }

@@ -1,10 +1,14 @@
 //! Sparse Cholesky factors: faer's supernodal factorisation, solved in one or two stages without allocation.
 
 use std::fmt;
+use std::ops::Range;
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{LltError, LltRegularization};
+use faer::linalg::triangular_inverse::invert_lower_triangular;
+use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
 use faer::perm::PermRef;
+use faer::prelude::{Reborrow, ReborrowMut};
 use faer::sparse::linalg::amd;
 use faer::sparse::linalg::cholesky::supernodal::{
     SymbolicSupernodalCholesky, factorize_supernodal_numeric_llt, factorize_supernodal_numeric_llt_scratch,
@@ -13,8 +17,9 @@ use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
 };
 use faer::sparse::{SparseColMat, linalg::SupernodalThreshold};
-use faer::{Par, Side};
+use faer::{Mat, MatMut, Par, Side};
 
+use super::panel::{LANES, Lanes, multiply, multiply_transpose, vectorised};
 use super::{FactorError, SparseSymmetric};
 use crate::scalar::Scalar;
 
@@ -30,25 +35,49 @@ pub struct SparseCholesky<T: Scalar> {
     order: Vec<usize>,
     place: Vec<usize>,
     supernodes: Vec<Supernode>,
-    /// Rows below the diagonal blocks, and the blocks, column by column.
-    rows: Vec<u32>,
-    values: Vec<T>,
-    inverse_diagonal: Vec<T>,
+    /// Rows below the diagonal blocks.
+    runs: Vec<Run>,
+    /// The blocks [L₁₁⁻¹; L₂₁ L₁₁⁻¹] of the supernodes, column by column, each padded to whole lanes.
+    values: Vec<Lanes<T>>,
+    pivot_ratio: T,
     /// The supernodes from this one on hold the unknowns that come last, those from `last_place` on.
     last_supernode: usize,
     last_place: usize,
     x: Vec<T>,
     ahead: Vec<T>,
-    below: Vec<T>,
+    /// What the rows of one supernode lose or hold, and the sums over its columns.
+    product: Vec<Lanes<T>>,
+    sums: Vec<Lanes<T>>,
 }
 
-#[derive(Clone, Copy)]
+/// Columns that have the rows below them in common.
 struct Supernode {
     start: usize,
     columns: usize,
-    rows: usize,
-    below: usize,
-    values: usize,
+    /// Lanes of a column, its padding included.
+    height: usize,
+    /// Its places in `runs` and in `values`.
+    runs: Range<usize>,
+    values: Range<usize>,
+}
+
+/// Rows that follow one another.
+#[derive(Clone, Copy)]
+struct Run {
+    start: u32,
+    end: u32,
+}
+
+impl Run {
+    #[inline]
+    fn range(self) -> Range<usize> {
+        self.start as usize..self.end as usize
+    }
+
+    #[inline]
+    fn len(self) -> usize {
+        (self.end - self.start) as usize
+    }
 }
 
 impl<T: Scalar> SparseCholesky<T> {
@@ -86,45 +115,56 @@ impl<T: Scalar> SparseCholesky<T> {
         order: Vec<usize>,
         place: Vec<usize>,
         symbolic: &SymbolicSupernodalCholesky<usize>,
-        values: Vec<T>,
+        mut values: Vec<T>,
         last_place: usize,
     ) -> Self {
         let n = order.len();
-        let (mut supernodes, mut rows) = (Vec::new(), Vec::new());
-        let mut inverse_diagonal = Vec::with_capacity(n);
+        let (mut supernodes, mut runs, mut blocks) = (Vec::new(), Vec::<Run>::new(), Vec::new());
+        let (mut smallest, mut largest) = (T::infinity_impl(), T::zero());
         for s in 0..symbolic.n_supernodes() {
             let (start, end) = (symbolic.supernode_begin()[s], symbolic.supernode_end()[s]);
             let pattern = symbolic.supernode(s).pattern();
-            let columns = end - start;
-            let first = symbolic.col_ptr_for_val()[s];
-            supernodes.push(Supernode {
-                start,
-                columns,
-                rows: columns + pattern.len(),
-                below: rows.len(),
-                values: first,
-            });
+            let (columns, count) = (end - start, end - start + pattern.len());
+            let block = &mut values[symbolic.col_ptr_for_val()[s]..][..columns * count];
+            for j in 0..columns {
+                smallest = nalgebra::RealField::min(smallest, block[j * count + j]);
+                largest = nalgebra::RealField::max(largest, block[j * count + j]);
+            }
+            let block = inverted(MatMut::from_column_major_slice_mut(block, count, columns));
+            let height = count.div_ceil(LANES);
+            let first_run = runs.len();
             // Fits: sizes were checked against u32.
-            rows.extend(pattern.iter().map(|&row| row as u32));
-            let height = columns + pattern.len();
-            inverse_diagonal.extend((0..columns).map(|j| T::one() / values[first + j * height + j]));
+            for row in pattern.iter().map(|&row| row as u32) {
+                match runs[first_run..].last_mut() {
+                    Some(run) if run.end == row => run.end += 1,
+                    _ => runs.push(Run { start: row, end: row + 1 }),
+                }
+            }
+            let values = blocks.len()..blocks.len() + columns * height;
+            supernodes.push(Supernode { start, columns, height, runs: first_run..runs.len(), values });
+            for j in 0..columns {
+                let entry = |i| if i < count { block[(i, j)] } else { T::zero() };
+                blocks
+                    .extend((0..height).map(|lanes| std::array::from_fn(|lane| entry(LANES * lanes + lane))));
+            }
         }
-        let last_supernode = supernodes.partition_point(|s| s.start + s.columns <= last_place);
-        let widest = supernodes.iter().map(|s| s.rows - s.columns).max().unwrap_or(0);
-        let zeros = |n| vec![T::zero(); n];
-        let (x, ahead, below) = (zeros(n), zeros(n), zeros(widest));
+        let last_supernode = supernodes.partition_point(|s: &Supernode| s.start + s.columns <= last_place);
+        let highest = supernodes.iter().map(|s| s.height).max().unwrap_or(0);
+        let widest = supernodes.iter().map(|s| s.columns).max().unwrap_or(0);
+        let ratio = if largest > T::zero() { smallest / largest } else { T::one() };
         Self {
             order,
             place,
             supernodes,
-            rows,
-            values,
-            inverse_diagonal,
+            runs,
+            values: blocks,
+            pivot_ratio: ratio * ratio,
             last_supernode,
             last_place,
-            x,
-            ahead,
-            below,
+            x: vec![T::zero(); n],
+            ahead: vec![T::zero(); n],
+            product: vec![[T::zero(); LANES]; highest],
+            sums: vec![[T::zero(); LANES]; widest],
         }
     }
 
@@ -133,18 +173,14 @@ impl<T: Scalar> SparseCholesky<T> {
         self.order.len()
     }
 
-    /// Stored entries of L, zeros of the supernodes included.
+    /// Stored entries of the blocks, zeros included.
     pub fn entries(&self) -> usize {
-        self.values.len()
+        self.values.len() * LANES
     }
 
     /// The smallest pivot over the largest: near round-off where A is singular but for rounding.
     pub fn pivot_ratio(&self) -> T {
-        let larger = nalgebra::RealField::max;
-        let smaller = nalgebra::RealField::min;
-        let largest = self.inverse_diagonal.iter().fold(T::zero(), |a, &b| larger(a, b));
-        let smallest = self.inverse_diagonal.iter().fold(T::infinity_impl(), |a, &b| smaller(a, b));
-        if largest > T::zero() { (smallest / largest) * (smallest / largest) } else { T::one() }
+        self.pivot_ratio
     }
 
     /// x ← A⁻¹ x, without allocation.
@@ -192,140 +228,49 @@ impl<T: Scalar> SparseCholesky<T> {
         self.x.iter().zip(&self.order).for_each(|(&value, &unknown)| x[unknown] = value);
     }
 
-    fn forward(&mut self, supernodes: std::ops::Range<usize>, ahead: bool) {
-        let Self { supernodes: all, rows, values, inverse_diagonal, below, .. } = self;
-        let x = if ahead { &mut self.ahead } else { &mut self.x };
-        for s in &all[supernodes] {
-            let (c, h) = (s.columns, s.rows);
-            let block = &values[s.values..s.values + c * h];
-            let diagonal = &inverse_diagonal[s.start..s.start + c];
-            let below = &mut below[..h - c];
-            below.fill(T::zero());
-            let head = &mut x[s.start..s.start + c];
-            let mut j = 0;
-            while j + 4 <= c {
-                eliminate::<T, 4>(block, h, j, diagonal, head, below);
-                j += 4;
-            }
-            if j + 2 <= c {
-                eliminate::<T, 2>(block, h, j, diagonal, head, below);
-                j += 2;
-            }
-            if j < c {
-                eliminate::<T, 1>(block, h, j, diagonal, head, below);
-            }
-            for (&row, &sum) in rows[s.below..s.below + h - c].iter().zip(&*below) {
-                x[row as usize] += sum;
-            }
-        }
+    fn forward(&mut self, supernodes: Range<usize>, ahead: bool) {
+        let Self { supernodes: all, runs, values, product, .. } = self;
+        let x = if ahead { &mut self.ahead[..] } else { &mut self.x[..] };
+        vectorised(
+            #[inline(always)]
+            || {
+                for s in &all[supernodes] {
+                    let product = &mut product[..s.height];
+                    multiply(&values[s.values.clone()], &x[s.start..s.start + s.columns], product);
+                    let (head, mut below) = product.as_flattened().split_at(s.columns);
+                    x[s.start..s.start + s.columns].copy_from_slice(head);
+                    for run in &runs[s.runs.clone()] {
+                        let (lost, rest) = below.split_at(run.len());
+                        x[run.range()].iter_mut().zip(lost).for_each(|(x, &lost)| *x -= lost);
+                        below = rest;
+                    }
+                }
+            },
+        );
     }
 
-    fn backward(&mut self, supernodes: std::ops::Range<usize>, ahead: bool) {
-        let Self { supernodes: all, rows, values, inverse_diagonal, below, .. } = self;
-        let x = if ahead { &mut self.ahead } else { &mut self.x };
-        for s in all[supernodes].iter().rev() {
-            let (c, h) = (s.columns, s.rows);
-            let block = &values[s.values..s.values + c * h];
-            let diagonal = &inverse_diagonal[s.start..s.start + c];
-            let below = &mut below[..h - c];
-            for (sum, &row) in below.iter_mut().zip(&rows[s.below..s.below + h - c]) {
-                *sum = x[row as usize];
-            }
-            let head = &mut x[s.start..s.start + c];
-            let mut j = c;
-            if j % 2 == 1 {
-                j -= 1;
-                substitute::<T, 1>(block, h, j, diagonal, head, below);
-            }
-            if j % 4 == 2 {
-                j -= 2;
-                substitute::<T, 2>(block, h, j, diagonal, head, below);
-            }
-            while j > 0 {
-                j -= 4;
-                substitute::<T, 4>(block, h, j, diagonal, head, below);
-            }
-        }
+    fn backward(&mut self, supernodes: Range<usize>, ahead: bool) {
+        let Self { supernodes: all, runs, values, product, sums, .. } = self;
+        let x = if ahead { &mut self.ahead[..] } else { &mut self.x[..] };
+        vectorised(
+            #[inline(always)]
+            || {
+                for s in all[supernodes].iter().rev() {
+                    let product = &mut product[..s.height];
+                    let (head, mut below) = product.as_flattened_mut().split_at_mut(s.columns);
+                    head.copy_from_slice(&x[s.start..s.start + s.columns]);
+                    for run in &runs[s.runs.clone()] {
+                        let (known, rest) = below.split_at_mut(run.len());
+                        known.iter_mut().zip(&x[run.range()]).for_each(|(known, &x)| *known = -x);
+                        below = rest;
+                    }
+                    below.fill(T::zero());
+                    let head = &mut x[s.start..s.start + s.columns];
+                    multiply_transpose(&values[s.values.clone()], product, head, sums);
+                }
+            },
+        );
     }
-}
-
-/// Columns j..j+K of a supernode of height h in the forward substitution, taken together so that what they share is
-/// read once; `below` gathers what the rows below lose.
-#[inline]
-fn eliminate<T: Scalar, const K: usize>(
-    block: &[T],
-    h: usize,
-    j: usize,
-    inverse_diagonal: &[T],
-    head: &mut [T],
-    below: &mut [T],
-) {
-    let c = head.len();
-    let columns: [&[T]; K] = std::array::from_fn(|k| &block[(j + k) * h..(j + k + 1) * h]);
-    let mut factors = [T::zero(); K];
-    for k in 0..K {
-        let known = (0..k).fold(head[j + k], |sum, i| sum - columns[i][j + k] * factors[i]);
-        factors[k] = known * inverse_diagonal[j + k];
-        head[j + k] = factors[k];
-    }
-    subtract(&mut head[j + K..], columns.map(|column| &column[j + K..c]), factors);
-    subtract(below, columns.map(|column| &column[c..]), factors);
-}
-
-/// Columns j..j+K of a supernode of height h in the backward substitution; `below` holds the unknowns below.
-#[inline]
-fn substitute<T: Scalar, const K: usize>(
-    block: &[T],
-    h: usize,
-    j: usize,
-    inverse_diagonal: &[T],
-    head: &mut [T],
-    below: &[T],
-) {
-    let c = head.len();
-    let columns: [&[T]; K] = std::array::from_fn(|k| &block[(j + k) * h..(j + k + 1) * h]);
-    let outer = dots(columns.map(|column| &column[c..]), below);
-    let inner = dots(columns.map(|column| &column[j + K..c]), &head[j + K..]);
-    for k in (0..K).rev() {
-        let right = head[j + k] - outer[k] - inner[k];
-        let right = (k + 1..K).fold(right, |sum, i| sum - columns[k][j + i] * head[j + i]);
-        head[j + k] = right * inverse_diagonal[j + k];
-    }
-}
-
-/// y ← y − Σ_k f_k x_k.
-#[inline]
-fn subtract<T: Scalar, const K: usize>(y: &mut [T], columns: [&[T]; K], factors: [T; K]) {
-    let n = y.len();
-    let columns = columns.map(|column| &column[..n]);
-    for i in 0..n {
-        let mut sum = columns[0][i] * factors[0];
-        for k in 1..K {
-            sum += columns[k][i] * factors[k];
-        }
-        y[i] -= sum;
-    }
-}
-
-/// x_k·y for several x, each in four partial sums, so that they vectorise.
-#[inline]
-fn dots<T: Scalar, const K: usize>(columns: [&[T]; K], y: &[T]) -> [T; K] {
-    let n = y.len();
-    let (y4, y_rest) = y.as_chunks::<4>();
-    let fours: [&[[T; 4]]; K] = columns.map(|column| &column[..n].as_chunks::<4>().0[..y4.len()]);
-    let mut sums = [[T::zero(); 4]; K];
-    for (i, y) in y4.iter().enumerate() {
-        for k in 0..K {
-            let x = fours[k][i];
-            for lane in 0..4 {
-                sums[k][lane] += x[lane] * y[lane];
-            }
-        }
-    }
-    std::array::from_fn(|k| {
-        let [a, b, c, d] = sums[k];
-        (a + b) + (c + d) + super::dot(&columns[k][n - y_rest.len()..], y_rest)
-    })
 }
 
 /// An AMD order in which the unknowns `last` come last, and where those begin.
@@ -361,6 +306,20 @@ fn elimination_order<T: Scalar>(
 
 /// Unknowns that are tied together at most; the ties are its square.
 const MOST_TIED: usize = 2000;
+
+/// [L₁₁; L₂₁] → [L₁₁⁻¹; L₂₁ L₁₁⁻¹]: both substitutions become products, which no entry has to wait for in (partitioned
+/// inverses, Alvarado, Pothen & Schreiber 1993).
+fn inverted<T: Scalar>(block: MatMut<'_, T>) -> Mat<T> {
+    let (count, columns) = (block.nrows(), block.ncols());
+    let (head, below) = block.split_at_row_mut(columns);
+    let mut inverted = Mat::zeros(count, columns);
+    let (mut inverse_head, mut inverse_below) = inverted.as_mut().split_at_row_mut(columns);
+    invert_lower_triangular(inverse_head.rb_mut(), head.rb(), Par::Seq);
+    inverse_below.copy_from(below.rb());
+    // X L₁₁ = L₂₁
+    solve_upper_triangular_in_place(head.rb().transpose(), inverse_below.transpose_mut(), Par::Seq);
+    inverted
+}
 
 fn numeric<T: Scalar>(
     lower: &SparseColMat<usize, T>,

@@ -5,6 +5,7 @@ mod cholesky;
 mod factor;
 mod front;
 mod multifrontal;
+mod panel;
 mod sparse;
 mod symbolic;
 mod symmetric;
@@ -21,7 +22,28 @@ use crate::scalar::Scalar;
 /// Σ xᵢ yᵢ.
 #[inline]
 pub fn dot<T: Scalar>(x: &[T], y: &[T]) -> T {
-    x.iter().zip(y).fold(T::zero(), |sum, (&a, &b)| sum + a * b)
+    let n = x.len().min(y.len());
+    let (x, y) = (&x[..n], &y[..n]);
+    let [sum] = sums(n, |i| [x[i] * y[i]]);
+    sum
+}
+
+/// Σ_i of several terms, each in four sums that do not wait for one another.
+#[inline]
+pub(crate) fn sums<T: Scalar, const K: usize>(count: usize, terms: impl Fn(usize) -> [T; K]) -> [T; K] {
+    let mut lanes = [[T::zero(); K]; 4];
+    let fours = count - count % 4;
+    for i in (0..fours).step_by(4) {
+        for (lane, sums) in lanes.iter_mut().enumerate() {
+            let terms = terms(i + lane);
+            (0..K).for_each(|k| sums[k] += terms[k]);
+        }
+    }
+    for i in fours..count {
+        let terms = terms(i);
+        (0..K).for_each(|k| lanes[i - fours][k] += terms[k]);
+    }
+    std::array::from_fn(|k| (lanes[0][k] + lanes[1][k]) + (lanes[2][k] + lanes[3][k]))
 }
 
 /// y ← y + a x.

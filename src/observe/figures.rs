@@ -1,22 +1,21 @@
 //! Figures of runs: the six panels of the paper's Figures 2 and 3, and two runs or more side by side.
 
-use super::RunSeries;
+use super::{RunSeries, Units};
 use crate::mesh::Mesh;
 use crate::plot::{Dash, Figure, Panel, Series, Style};
 
 /// Width (px at 96 dpi) that fits a journal column of 8.5 cm, and the height of a panel.
 const COLUMN: (f64, f64) = (322.0, 140.0);
 
-const TIME: &str = "t (s)";
 const FRAME: [&str; 3] = ["N", "T1", "T2"];
 
 /// Displacements, velocities, local velocities, percussions, contact works and energies of a run.
-pub fn run_figure(series: &RunSeries) -> Figure {
+pub fn run_figure(series: &RunSeries, units: &Units) -> Figure {
     let t = &series.time;
     let end = t.last().copied().unwrap_or(1.0);
     let line = |label: String, y: &[f64]| Series::new(label, Style::Line, t.clone(), y.to_vec());
     let over_time = |title: &str, label: &str| {
-        let mut panel = Panel::new(title, TIME, label);
+        let mut panel = Panel::new(title, &format!("t ({})", units.time), label);
         panel.x_limits = Some((0.0, end));
         panel
     };
@@ -25,8 +24,10 @@ pub fn run_figure(series: &RunSeries) -> Figure {
         (0..n).map(|i| format!("${symbol}_{{{}}}$", name(i))).collect::<Vec<_>>()
     };
 
-    let mut displacement = over_time("displacements", &format!("q ({})", units(series, "")));
-    let mut velocity = over_time("velocities", &format!("v ({})", units(series, "/s"))).zero_line();
+    let mut displacement = over_time("displacements", &format!("q ({})", dof_units(series, units, "")));
+    let mut velocity =
+        over_time("velocities", &format!("v ({})", dof_units(series, units, &format!("/{}", units.time))))
+            .zero_line();
     for (i, (name, _)) in series.dofs.iter().enumerate() {
         let short = name.rsplit('.').next().unwrap_or(name);
         let symbol = if short == "angle" { "γ" } else { short };
@@ -34,20 +35,22 @@ pub fn run_figure(series: &RunSeries) -> Figure {
         let rate = if symbol == "γ" { "ω".into() } else { format!("$v_{{{symbol}}}$") };
         velocity = velocity.with(line(rate, &series.v[i]));
     }
-    let mut local = over_time("local velocities", "u (m/s)").zero_line();
+    let mut local =
+        over_time("local velocities", &format!("u ({}/{})", units.length, units.time)).zero_line();
     for (name, u) in axes("u", series.u.len()).into_iter().zip(&series.u) {
         local = local.with(line(name, u));
     }
-    let mut percussions = over_time("percussions", "p (N s)").zero_line();
+    let mut percussions = over_time("percussions", &format!("p ({})", units.percussion)).zero_line();
     for (name, p) in axes("p", series.p.len()).into_iter().zip(&series.p) {
         percussions = percussions.with(stems(name, t, p));
     }
-    let mut works = over_time("contact works", "w (J)").zero_line();
+    let mut works = over_time("contact works", &format!("w ({})", units.energy)).zero_line();
     for (name, work) in axes("w", 2).into_iter().zip(&series.work) {
         works = works.with(stems(name, t, work));
     }
     let [kinetic, elastic, potential] = &series.energy;
-    let mut energies = over_time("energies", "E (J)").with(line("kinetic".into(), kinetic));
+    let mut energies =
+        over_time("energies", &format!("E ({})", units.energy)).with(line("kinetic".into(), kinetic));
     if elastic.iter().any(|&e| e != 0.0) {
         energies = energies.with(line("elastic".into(), elastic));
     }
@@ -57,9 +60,10 @@ pub fn run_figure(series: &RunSeries) -> Figure {
 }
 
 /// Tangential contact work and total energy of several runs side by side.
-pub fn comparison_figure(runs: &[RunSeries]) -> Figure {
-    let mut work = Panel::new("tangential work", TIME, "$w_T$ (J)").zero_line();
-    let mut energy = Panel::new("total energy", TIME, "E (J)");
+pub fn comparison_figure(runs: &[RunSeries], units: &Units) -> Figure {
+    let time = format!("t ({})", units.time);
+    let mut work = Panel::new("tangential work", &time, &format!("$w_T$ ({})", units.energy)).zero_line();
+    let mut energy = Panel::new("total energy", &time, &format!("E ({})", units.energy));
     let end = runs.iter().filter_map(|run| run.time.last().copied()).fold(0.0, f64::max);
     let several_solvers = runs.iter().any(|run| run.solver != runs[0].solver);
     for run in runs {
@@ -74,25 +78,24 @@ pub fn comparison_figure(runs: &[RunSeries]) -> Figure {
 }
 
 /// The paper's Figures 6 and 7 of a run of an elastic body: individual energies, works and dissipation against the
-/// total energy, the largest tangential work of a contact in each step, and the contact shown. Units of length and
-/// time are those of the scene.
-pub fn elastic_figure(series: &RunSeries) -> Figure {
+/// total energy, the largest tangential work of a contact in each step, and the contact shown.
+pub fn elastic_figure(series: &RunSeries, units: &Units) -> Figure {
     let t = &series.time;
     let end = t.last().copied().unwrap_or(1.0);
     let line = |label: &str, y: Vec<f64>| Series::new(label, Style::Line, t.clone(), y);
     let over_time = |title: &str, label: &str| {
-        let mut panel = Panel::new(title, "t", label);
+        let mut panel = Panel::new(title, &format!("t ({})", units.time), label);
         panel.x_limits = Some((0.0, end));
         panel
     };
     let [kinetic, elastic, _] = &series.energy;
     let mechanical: Vec<f64> = kinetic.iter().zip(elastic).map(|(k, e)| k + e).collect();
-    let energies = over_time("energies", "E")
+    let energies = over_time("energies", &format!("E ({})", units.energy))
         .with(line("kinetic", kinetic.clone()))
         .with(line("elastic", elastic.clone()))
         .with(line("total", mechanical.clone()));
     let [external, smooth, contact] = &series.sums;
-    let mut works = over_time("works and total energy", "W, E").zero_line();
+    let mut works = over_time("works and total energy", &format!("W, E ({})", units.energy)).zero_line();
     works = works.with(line("external", external.clone())).with(line("contact", contact.clone()));
     if smooth.iter().any(|&w| w != 0.0) {
         works = works.with(line("damping", smooth.clone()));
@@ -100,13 +103,11 @@ pub fn elastic_figure(series: &RunSeries) -> Figure {
     let first = mechanical.first().copied().unwrap_or(0.0);
     let sum = (0..t.len()).map(|i| first + external[i] + smooth[i] + contact[i]).collect();
     works = works.with(line("$E_0$ + all", sum)).with(line("E", mechanical).dash(Dash::Dotted).width(2.0));
-    let largest = over_time("largest tangential work", "max $w_T$").zero_line().with(Series::new(
-        "",
-        Style::Markers,
-        t.clone(),
-        series.largest_work.clone(),
-    ));
-    let mut percussions = over_time("percussions at one contact", "p").zero_line();
+    let largest = over_time("largest tangential work", &format!("max $w_T$ ({})", units.energy))
+        .zero_line()
+        .with(Series::new("", Style::Markers, t.clone(), series.largest_work.clone()));
+    let mut percussions =
+        over_time("percussions at one contact", &format!("p ({})", units.percussion)).zero_line();
     for (i, p) in series.p.iter().enumerate() {
         let name = if series.p.len() == 2 && i == 1 { "T" } else { FRAME[i] };
         percussions = percussions.with(line(&format!("$p_{{{name}}}$"), p.clone()));
@@ -118,7 +119,7 @@ pub fn elastic_figure(series: &RunSeries) -> Figure {
 }
 
 /// The paper's Figure 5: a mesh.
-pub fn mesh_figure(mesh: &Mesh) -> Figure {
+pub fn mesh_figure(mesh: &Mesh, units: &Units) -> Figure {
     let mut edges = std::collections::BTreeSet::new();
     for element in mesh.body() {
         let nodes = element.shape.nodes();
@@ -130,7 +131,8 @@ pub fn mesh_figure(mesh: &Mesh) -> Figure {
     let at = |node: usize| mesh.nodes()[node].position;
     let lines: Vec<[f64; 4]> =
         edges.into_iter().map(|(a, b)| [at(a)[0], at(a)[1], at(b)[0], at(b)[1]]).collect();
-    let mut panel = Panel::new("mesh", "x", "y").with(Series::edges("", &lines));
+    let axis = |symbol: &str| format!("{symbol} ({})", units.length);
+    let mut panel = Panel::new("mesh", &axis("x"), &axis("y")).with(Series::edges("", &lines));
     panel.equal_aspect = true;
     Figure::new(1, vec![panel]).size(COLUMN.0, 0.75 * COLUMN.0)
 }
@@ -151,10 +153,10 @@ fn stems(label: String, time: &[f64], y: &[f64]) -> Series {
 }
 
 /// The units of the degrees of freedom shown, each once.
-fn units(series: &RunSeries, suffix: &str) -> String {
+fn dof_units(series: &RunSeries, names: &Units, suffix: &str) -> String {
     let mut units: Vec<String> = Vec::new();
     for (_, unit) in &series.dofs {
-        let unit = format!("{unit}{suffix}");
+        let unit = format!("{}{suffix}", names.rename(unit));
         if !units.contains(&unit) {
             units.push(unit);
         }

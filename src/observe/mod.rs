@@ -7,6 +7,7 @@ mod figures;
 mod series;
 #[cfg(feature = "outputs")]
 mod summary;
+mod units;
 #[cfg(feature = "vtk")]
 mod vtk;
 
@@ -19,6 +20,7 @@ pub use series::{RunSeries, SeriesMark, SeriesRecorder};
 pub use summary::{
     AdaptiveSummary, Impact, RunSummary, SummaryMark, SummaryRecorder, WORK_ROUNDOFF, work_roundoff,
 };
+pub use units::Units;
 
 #[cfg(feature = "vtk")]
 pub use vtk::VtkSeries;

@@ -22,6 +22,9 @@ pub struct Scene {
     /// Arithmetic of the run.
     #[serde(default)]
     pub scalar: ScalarName,
+    /// Units the numbers of the scene are in, for the labels of outputs; nothing is converted.
+    #[serde(default)]
+    pub units: UnitsName,
     /// Acceleration of gravity (m/s²).
     #[serde(default)]
     pub gravity: [f64; 2],
@@ -54,6 +57,18 @@ pub struct Scene {
 
 fn default_solvers() -> Vec<String> {
     vec![crate::solver::DEFAULT.into()]
+}
+
+/// A consistent set of units.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+pub enum UnitsName {
+    /// m, s, kg, and so N, J (default).
+    #[default]
+    #[serde(rename = "SI")]
+    Si,
+    /// mm, ms, g, and so N, MPa, mJ.
+    #[serde(rename = "mm-ms-g")]
+    MmMsG,
 }
 
 /// Arithmetic of a run.

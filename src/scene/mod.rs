@@ -22,7 +22,7 @@ pub use event_driven::{EventDriven, event_driven};
 pub use fingerprint::Fingerprint;
 pub use format::{
     ActivationRuleName, BodySpec, DiscSpec, HalfPlaneSpec, InterfaceSpec, JointSpec, LoadSpec, OutputSpec,
-    PolygonSpec, ScalarName, Scene, SolverSpec,
+    PolygonSpec, ScalarName, Scene, SolverSpec, UnitsName,
 };
 pub use plan::{Overrides, Run};
 pub use solid::{

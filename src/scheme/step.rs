@@ -9,7 +9,7 @@ use super::{ActivationRule, ContactStep, Part, Settings, Step, StepError, ThetaS
 use crate::contact::{Candidate, ContactId};
 use crate::energy::{Balance, Energies};
 use crate::laws::ContactLaw;
-use crate::linalg::{axpy, dot};
+use crate::linalg::{axpy, dot, sums};
 use crate::scalar::{Scalar, all_finite, lit, to_f64};
 use crate::solver::{ConeSolver, Solution};
 use crate::system::{MechanicalSystem, Prescribed};
@@ -195,12 +195,12 @@ where
         let mut balance = Balance::default();
         // Increments by the polarised forms ½(y−x)·A(y+x), which do not cancel.
         let increments = |from: &[T], to: &[T], [a_from, a_to]: &[Vec<T>; 2]| {
-            let (mut change, mut square) = (T::zero(), T::zero());
-            for i in 0..from.len() {
+            let n = from.len();
+            let (to, a_from, a_to) = (&to[..n], &a_from[..n], &a_to[..n]);
+            let [change, square] = sums(n, |i| {
                 let difference = to[i] - from[i];
-                change += difference * (a_to[i] + a_from[i]);
-                square += difference * (a_to[i] - a_from[i]);
-            }
+                [difference * (a_to[i] + a_from[i]), difference * (a_to[i] - a_from[i])]
+            });
             (half * change, square)
         };
         let mut square;
