@@ -71,6 +71,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "linalg",
             "mesh",
             "observe",
+            "plot",
             "scalar",
             "scene",
             "scheme",

@@ -114,6 +114,30 @@ fn the_stick_converges_at_first_order_until_single_precision_ends() {
 }
 
 #[test]
+fn adaptive_runs_stand_beside_those_of_fixed_steps() {
+    let text = format!(
+        "{STICK}epsilon = [1e-2, 1e-3, 1e-4, 1e-5]\nh = {{ from = 1e-3, to = 1e-4, per_decade = 4 }}\n"
+    );
+    let (results, _) = Bench::new("impacting_stick", &text).run("out", 2);
+    assert!(results.complete() && results.rows.len() == 2 * (4 + 4));
+    let lines = results.lines();
+    for law in ["newton", "fremond"] {
+        let adaptive = find(&lines, &format!("{law}, adaptive"));
+        assert!(adaptive.adaptive && !find(&lines, law).adaptive);
+        for point in &adaptive.points {
+            // ε is a share of the scene's length, a metre at most; three of it are promised.
+            assert!(
+                point.errors.q <= 3.0 * point.value && point.errors.v <= 3.0 * point.value,
+                "{law}: {point:?}"
+            );
+            assert!(point.step > 1e-3, "long flights are few steps: {point:?}");
+        }
+    }
+    assert!(!results.order_figure().svg().expect("a figure").contains("adaptive"));
+    assert!(results.speed_figure().svg().expect("a figure").contains("newton, adaptive"));
+}
+
+#[test]
 fn the_closed_form_of_the_ball_is_its_event_driven_motion() {
     // Off the vertical, on a slope, with a spin and a radius; θ = 1/(1 + e), the claim of the law.
     let scene = "title = \"Ball\"\nlaws = [\"moreau\"]\ngravity = [0.3, -10.0]\n[time]\nstep = 1e-3\nend = 2.0\n\
@@ -267,7 +291,7 @@ fn a_changed_study_makes_again_what_changed() {
         bench.write(&format!("title = \"Another title\"\nscene = '{}'\n{text}", scene.display()));
         bench.run("out", 1).1.known
     };
-    assert_eq!(again(&study(0.01, "1e-2, 2e-3, 1e-3")), 4, "two steps under two laws");
+    assert_eq!(again(&study(0.01, "2e-2, 1e-2, 1e-3, 5e-4")), 4, "two steps under two laws");
     assert_eq!(again(&study(0.02, "1e-2, 1e-3")), 0);
     assert_eq!(again(&study(0.01, "1e-2")), 2, "what was known is not forgotten");
     let finest = study(0.01, "1e-2").replace("kind = \"event-driven\"", "kind = \"finest\", h = 1e-4");
@@ -323,6 +347,8 @@ fn a_file_that_is_no_study_is_refused_with_its_place() {
         ("[[runs]]\nh = { from = 1e-2, to = 1e-3 }", (4, 5), "per_decade"),
         ("[[runs]]\nh = { from = 1e-2, to = 1e-30, per_decade = 1e6 }", (4, 5), "values"),
         ("[[runs]]\ntheta = \"half\"", (4, 9), "not a number"),
+        ("[[runs]]\nepsilon = [1e-3, 0.0]", (4, 11), "in (0, 0.5]"),
+        ("[[runs]]\n\"time.tolerance\" = 1e-3", (4, 20), "`epsilon`"),
         ("[[runs]]\nlaw = [\"newton\", \"nobody\"]", (4, 7), "nobody"),
         ("[[runs]]\nlaw = 3", (4, 7), "string"),
         ("[[runs]]\nsolver = \"nobody\"", (4, 10), "nobody"),

@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use nonsmooth::plot::{Figure, PlotError};
 use nonsmooth::study::{ProblemStudy, Progress, SceneStudy, Study, StudyOptions};
 
 use super::progress::runs_bar;
@@ -29,6 +30,9 @@ pub(super) struct StudyArguments {
     /// Write no figures.
     #[arg(long)]
     no_figures: bool,
+    /// Resolution of the PNG figures in dots per inch.
+    #[arg(long, default_value_t = 300.0)]
+    dpi: f64,
 }
 
 /// Runs a study.
@@ -41,6 +45,7 @@ pub(super) fn study(arguments: &StudyArguments) -> Result<ExitCode, Box<dyn Erro
         folder: arguments.out.clone().unwrap_or_else(|| Path::new("out/studies").join(stem)),
         options: StudyOptions { threads, fresh: arguments.fresh, ..default },
         figures: !arguments.no_figures,
+        dpi: arguments.dpi,
         stop: Arc::new(AtomicBool::new(false)),
     };
     let flag = Arc::clone(&session.stop);
@@ -55,6 +60,7 @@ struct Session {
     folder: PathBuf,
     options: StudyOptions,
     figures: bool,
+    dpi: f64,
     stop: Arc<AtomicBool>,
 }
 
@@ -68,8 +74,8 @@ impl Session {
         results.write_csv(&self.folder)?;
         results.write_table(&mut std::io::stdout().lock())?;
         if self.figures {
-            results.speed_figure().save(&self.folder.join("speed"))?;
-            results.order_figure().save(&self.folder.join("order"))?;
+            self.save(&results.speed_figure(), "speed")?;
+            self.save(&results.order_figure(), "order")?;
         }
         self.end(results.missing, results.complete())
     }
@@ -83,11 +89,16 @@ impl Session {
         results.sweep.write_csv(&self.folder)?;
         results.sweep.write_table(&mut std::io::stdout().lock())?;
         if self.figures {
-            results.sweep.precision_figure().save(&self.folder.join("precision"))?;
-            results.sweep.residual_figure().save(&self.folder.join("residuals"))?;
-            results.sweep.profile_figure(&study.budget.profiles).save(&self.folder.join("profiles"))?;
+            self.save(&results.sweep.precision_figure(), "precision")?;
+            self.save(&results.sweep.residual_figure(), "residuals")?;
+            self.save(&results.sweep.profile_figure(&study.budget.profiles), "profiles")?;
         }
         self.end(results.missing, true)
+    }
+
+    fn save(&self, figure: &Figure, name: &str) -> Result<(), PlotError> {
+        figure.write_svg(&self.folder.join(name).with_extension("svg"))?;
+        figure.write_png(&self.folder.join(name).with_extension("png"), self.dpi)
     }
 
     fn end(&self, missing: usize, complete: bool) -> Result<ExitCode, Box<dyn Error>> {

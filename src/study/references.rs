@@ -52,6 +52,9 @@ const FINER: f64 = 8.0;
 /// Memory of all the samples of a study (bytes).
 const MEMORY: usize = 256 << 20;
 
+/// How far a reference goes beyond the end of the runs, relative to it.
+const BEYOND: f64 = 1e-5;
+
 /// A step of reference scenes that make none.
 const ANY_STEP: f64 = 1e-3;
 
@@ -79,13 +82,8 @@ pub(super) struct Target {
 }
 
 impl Target {
-    /// The reference of a job, in a study whose steps are from `least` to `longest`.
-    pub(super) fn new(
-        spec: &ReferenceSpec,
-        job: &Job,
-        least: Option<f64>,
-        longest: f64,
-    ) -> Result<Self, StudyError> {
+    /// The reference of a job, in a study whose smallest step is `least`.
+    pub(super) fn new(spec: &ReferenceSpec, job: &Job, least: Option<f64>) -> Result<Self, StudyError> {
         let mut scene = job.scene.clone();
         scene.title.clear();
         scene.scalar = ScalarName::F64;
@@ -100,8 +98,8 @@ impl Target {
             // The continuous motion has no θ but that of the law in the limit, ½.
             (time.step, time.theta) = (ANY_STEP, 0.5);
         }
-        // The runs may make a step beyond the end.
-        time.end += longest;
+        // An end that is a multiple of h is reached but for rounding.
+        time.end *= 1.0 + BEYOND;
         time.allow_unproved_theta = true;
         let combination =
             |source| StudyError::Combination { settings: job.settings.words(), source: Box::new(source) };

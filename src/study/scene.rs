@@ -72,9 +72,8 @@ impl SceneStudy {
         tell: &mut dyn FnMut(Progress),
     ) -> Result<SceneResults, StudyError> {
         let least = self.jobs.iter().filter_map(Job::step).min_by(f64::total_cmp);
-        let longest = self.jobs.iter().filter_map(Job::step).fold(0.0, f64::max);
         let target = |job: &Job| {
-            let target = Target::new(&self.reference, job, least, longest)?;
+            let target = Target::new(&self.reference, job, least)?;
             let key = target.key().map_err(|source| StudyError::io(folder, source))?;
             Ok((key, target))
         };
