@@ -15,7 +15,7 @@ pub fn run_figure(series: &RunSeries, units: &Units) -> Figure {
     let end = t.last().copied().unwrap_or(1.0);
     let line = |label: String, y: &[f64]| Series::new(label, Style::Line, t.clone(), y.to_vec());
     let over_time = |title: &str, label: &str| {
-        let mut panel = Panel::new(title, &format!("t ({})", units.time), label);
+        let mut panel = Panel::new(title, format!("t ({})", units.time), label);
         panel.x_limits = Some((0.0, end));
         panel
     };
@@ -62,8 +62,8 @@ pub fn run_figure(series: &RunSeries, units: &Units) -> Figure {
 /// Tangential contact work and total energy of several runs side by side.
 pub fn comparison_figure(runs: &[RunSeries], units: &Units) -> Figure {
     let time = format!("t ({})", units.time);
-    let mut work = Panel::new("tangential work", &time, &format!("$w_T$ ({})", units.energy)).zero_line();
-    let mut energy = Panel::new("total energy", &time, &format!("E ({})", units.energy));
+    let mut work = Panel::new("tangential work", &time, format!("$w_T$ ({})", units.energy)).zero_line();
+    let mut energy = Panel::new("total energy", &time, format!("E ({})", units.energy));
     let end = runs.iter().filter_map(|run| run.time.last().copied()).fold(0.0, f64::max);
     let several_solvers = runs.iter().any(|run| run.solver != runs[0].solver);
     for run in runs {
@@ -84,7 +84,7 @@ pub fn elastic_figure(series: &RunSeries, units: &Units) -> Figure {
     let end = t.last().copied().unwrap_or(1.0);
     let line = |label: &str, y: Vec<f64>| Series::new(label, Style::Line, t.clone(), y);
     let over_time = |title: &str, label: &str| {
-        let mut panel = Panel::new(title, &format!("t ({})", units.time), label);
+        let mut panel = Panel::new(title, format!("t ({})", units.time), label);
         panel.x_limits = Some((0.0, end));
         panel
     };
@@ -132,7 +132,7 @@ pub fn mesh_figure(mesh: &Mesh, units: &Units) -> Figure {
     let lines: Vec<[f64; 4]> =
         edges.into_iter().map(|(a, b)| [at(a)[0], at(a)[1], at(b)[0], at(b)[1]]).collect();
     let axis = |symbol: &str| format!("{symbol} ({})", units.length);
-    let mut panel = Panel::new("mesh", &axis("x"), &axis("y")).with(Series::edges("", &lines));
+    let mut panel = Panel::new("mesh", axis("x"), axis("y")).with(Series::edges("", &lines));
     panel.equal_aspect = true;
     Figure::new(1, vec![panel]).size(COLUMN.0, 0.75 * COLUMN.0)
 }

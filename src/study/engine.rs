@@ -63,7 +63,7 @@ pub(super) fn spread<R: Send>(
     threads: usize,
     tasks: &[usize],
     stop: &AtomicBool,
-    work: &(dyn Fn(usize, &AtomicBool) -> Result<Option<R>, StudyError> + Sync),
+    work: &(impl Fn(usize, &AtomicBool) -> Result<Option<R>, StudyError> + Sync),
     take: &mut dyn FnMut(usize, R) -> Result<(), StudyError>,
 ) -> Result<(), StudyError> {
     let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
