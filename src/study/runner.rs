@@ -13,7 +13,7 @@ use crate::simulate::{Outcome, SimulateError, advance, advance_adaptively, begin
 
 /// A run that is ready to start.
 pub(super) enum Runner<T: Scalar, const D: usize> {
-    Fixed { scheme: Box<Planar<T, D>>, start: Snapshot, steps: usize },
+    Fixed { scheme: Box<Planar<T, D>>, start: Box<Snapshot>, steps: usize },
     Adaptive(Box<PlanarAdaptive<T, D>>),
 }
 
@@ -23,7 +23,7 @@ impl<T: Scalar, const D: usize> Runner<T, D> {
         let scheme = build::<T, D>(&job.scene, &job.run)?;
         Ok(match job.scene.time.adaptive_settings() {
             None => {
-                let start = scheme.snapshot();
+                let start = Box::new(scheme.snapshot());
                 Self::Fixed { scheme: Box::new(scheme), start, steps: job.run.steps }
             }
             Some(settings) => Self::Adaptive(Box::new(Adaptive::new(scheme, settings)?)),
