@@ -5,14 +5,8 @@
 //! ladder of steps through which a line is laid, ln(time) over ln(error), by least squares. `*`: the error is below all of
 //! the ladder's, the line is prolonged.
 
-#[path = "../tests/mechanics/event_driven.rs"]
-#[allow(dead_code, reason = "the tests use all of it")]
-mod event_driven;
 #[path = "../tests/mechanics/example.rs"]
 mod example;
-#[path = "../tests/mechanics/impact.rs"]
-#[allow(dead_code, reason = "the tests use all of it")]
-mod impact;
 #[path = "../tests/motions/mod.rs"]
 mod motions;
 

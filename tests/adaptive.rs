@@ -2,14 +2,8 @@
 #![cfg(feature = "scene")]
 
 mod elastic;
-#[path = "mechanics/event_driven.rs"]
-#[allow(dead_code, reason = "another test looks at the works")]
-mod event_driven;
 #[path = "mechanics/example.rs"]
 mod example;
-#[path = "mechanics/impact.rs"]
-#[allow(dead_code, reason = "another test looks at the works")]
-mod impact;
 mod motions;
 #[path = "mechanics/regression.rs"]
 mod regression;

@@ -8,14 +8,13 @@ use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
 
 use nonsmooth::adaptive::{Adaptive, AdaptiveError, AdaptiveSettings, Report};
-use nonsmooth::scene::{Planar, Scene};
+use nonsmooth::event_driven::Settings;
+use nonsmooth::scene::{Planar, PlanarAdaptive, Scene, event_driven};
 use nonsmooth::scheme::{State, Step};
-use nonsmooth::system::MechanicalSystem;
 
-use crate::event_driven::Stick;
-use crate::{example, impact};
+use crate::example;
 
-/// (q, v) at time t; at an impact, the velocity before it.
+/// (q, v) at time t.
 pub(crate) type Motion = Box<dyn Fn(f64, &mut [f64], &mut [f64])>;
 
 /// A scene, a law, and the motion they make.
@@ -118,15 +117,13 @@ fn incline(time: f64, q: &mut [f64], v: &mut [f64]) {
     v[0] = if sliding < slides { speed(sliding) } else { 0.0 };
 }
 
+/// The stick of `examples/impacting_stick.toml`, event by event.
 fn stick(law: &'static str) -> Motion {
     let scene = example::scene("impacting_stick");
-    let stick =
-        Stick::new(&scene, &*impact::law(law, 1.0, 0.01), &mut *impact::solver("nsgs"), scene.time.end);
-    Box::new(move |time, q, v| {
-        let (at, velocity) = stick.at(time);
-        q.copy_from_slice(at.as_slice());
-        v.copy_from_slice(velocity.as_slice());
-    })
+    let prepared =
+        event_driven::<2>(&scene, &example::run(&scene, law, "hybrid")).expect("an example builds");
+    let motion = prepared.integrate(&Settings::default()).expect("flights and impacts");
+    Box::new(move |time, q, v| motion.at(time, q, v))
 }
 
 /// Errors over a run, as shares of the scene's length: of q, the largest at the ends of steps; of v, which is linear over a
@@ -190,18 +187,9 @@ pub(crate) fn scheme<const D: usize>(case: &Case) -> Planar<f64, D> {
 pub(crate) fn adaptive<const D: usize>(
     case: &Case,
     tolerance: f64,
-) -> Result<AdaptivePlanar<D>, AdaptiveError> {
+) -> Result<PlanarAdaptive<f64, D>, AdaptiveError> {
     Adaptive::new(scheme(case), AdaptiveSettings::new(tolerance, case.scene.time.end))
 }
-
-/// A [`Planar`] scheme under error control.
-pub(crate) type AdaptivePlanar<const D: usize> = Adaptive<
-    f64,
-    D,
-    Box<dyn MechanicalSystem<f64, D>>,
-    Box<dyn nonsmooth::laws::ContactLaw<f64, D>>,
-    Box<dyn nonsmooth::solver::ConeSolver<f64, D>>,
->;
 
 /// Runs a case under error control, and tells of every step kept.
 pub(crate) fn run<const D: usize>(
