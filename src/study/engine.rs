@@ -57,13 +57,16 @@ pub(super) fn complete<W: Tasks>(
     Ok(outcomes)
 }
 
+/// Does a task; `None` where it was interrupted.
+pub(super) type Work<'a, R> = dyn Fn(usize, &AtomicBool) -> Result<Option<R>, StudyError> + Sync + 'a;
+
 /// Calls `work` for the tasks from `threads` threads, in their order, and `take` from this one with what each returned,
 /// as it comes. The first error, or `stop`, ends it after the tasks under way.
 pub(super) fn spread<R: Send>(
     threads: usize,
     tasks: &[usize],
     stop: &AtomicBool,
-    work: &(impl Fn(usize, &AtomicBool) -> Result<Option<R>, StudyError> + Sync),
+    work: &Work<R>,
     take: &mut dyn FnMut(usize, R) -> Result<(), StudyError>,
 ) -> Result<(), StudyError> {
     let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
