@@ -165,7 +165,7 @@ fn assert_no_allocation_under_error_control<const D: usize, S, L, V>(
     V: ConeSolver<f64, D>,
 {
     let mut driver = Adaptive::new(scheme, AdaptiveSettings::new(tolerance, end)).expect("in range");
-    let mut go = |driver: &mut Adaptive<f64, D, S, L, V>, time| {
+    let go = |driver: &mut Adaptive<f64, D, S, L, V>, time| {
         let mut active = 0;
         let ended: Result<ControlFlow<()>, _> = driver.advance_to(time, |_, _, step| {
             active += step.contacts.len();
