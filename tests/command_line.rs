@@ -295,7 +295,7 @@ fn the_summary_has_the_keys_it_promises() {
         ];
         // Beyond the promise: the scale of round-off, impacts not listed one by one, and why a run stopped early.
         promised.extend(["max_energy", "impact_count", "stopped"]);
-        promised.extend(["contact_work", "external_work", "tangential_work_steps"]);
+        promised.extend(["adaptive", "contact_work", "external_work", "tangential_work_steps"]);
         promised.sort_unstable();
         assert_eq!(keys(run), promised);
         assert_eq!(run["steps"], 700);
