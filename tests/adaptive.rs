@@ -114,7 +114,8 @@ fn named(name: &str) -> Case {
 #[test]
 fn between_events_the_steps_grow_like_the_root_of_the_tolerance() {
     let oscillator = named("impact_oscillator");
-    let steps = TOLERANCES.map(|ε| run::<1>(&oscillator, ε, |_, _| ()).expect("a run").1.accepted as f64);
+    let steps = TOLERANCES
+        .map(|tolerance| run::<1>(&oscillator, tolerance, |_, _| ()).expect("a run").1.accepted as f64);
     let measured = order(&TOLERANCES, &steps);
     // A second-order scheme: h² ~ ε. The steps around five impacts are some tens in thousands.
     assert!((measured + 0.5).abs() <= 0.01, "{steps:?}: {measured}");
@@ -123,12 +124,12 @@ fn between_events_the_steps_grow_like_the_root_of_the_tolerance() {
 #[test]
 fn an_accumulation_point_takes_a_logarithm_of_steps_and_then_rest() {
     let ball = named("bouncing_ball");
-    let counts = TOLERANCES.map(|ε| {
+    let counts = TOLERANCES.map(|tolerance| {
         let mut last = None;
-        let report = run::<1>(&ball, ε, |state, _| last = Some(state.clone())).expect("a run").1;
+        let report = run::<1>(&ball, tolerance, |state, _| last = Some(state.clone())).expect("a run").1;
         let last = last.expect("a step");
         // Landings a γ = 1e-4 ε above or below the floor each; the bounces left are not told from rest.
-        assert!(last.q[1].abs() <= 0.1 * ε && last.v[1].abs() <= 1e-6, "ε = {ε:e}: {last:?}");
+        assert!(last.q[1].abs() <= 0.1 * tolerance && last.v[1].abs() <= 1e-6, "ε = {tolerance:e}: {last:?}");
         report.accepted
     });
     // From 4.5 m/s down to 1e-6 m/s in halves: 22 bounces of two or three steps, whatever ε.

@@ -295,13 +295,13 @@ fn the_summary_has_the_keys_it_promises() {
         ];
         // Beyond the promise: the scale of round-off, impacts not listed one by one, and why a run stopped early.
         promised.extend(["max_energy", "impact_count", "stopped"]);
-        promised.extend(["contact_work", "external_work", "tangential_work_steps"]);
+        promised.extend(["adaptive", "contact_work", "external_work", "tangential_work_steps"]);
         promised.sort_unstable();
         assert_eq!(keys(run), promised);
         assert_eq!(run["steps"], 700);
         assert_eq!(run["scalar"], "f64");
         let numbers = run.as_object().expect("an object").values().filter(|value| value.is_null()).count();
-        assert_eq!(numbers, 1, "only `stopped` is null, every number is finite");
+        assert_eq!(numbers, 2, "only `adaptive` and `stopped` are null, every number is finite");
         let impacts = run["impacts"].as_array().expect("a list");
         assert_eq!(impacts.len(), 1);
         assert_eq!(impacts[0]["step"], 603);

@@ -6,11 +6,13 @@
 //! start t₀ to an end T. Two errors are meant, in the largest component,
 //!
 //! ```text
-//!   max_k |q_k − q(t_k)| / L        and        Σ_k h_k |v_k − v(t_k)| / L
+//!   max_k |q_k − q(t_k)| / L        and        ∫ |v_h(t) − v(t)| dt / L
 //! ```
 //!
-//! where an angle counts as the path of a point a length L away, that is as it stands, in radians. Both are aimed at ε; what
-//! a motion makes of an error once made (an impact may amplify it) is not known to any one-step estimate, so that a
+//! with v_h linear over each step, as q_{k+1} = q_k + h v_{k+½} has it. (Not Σ h_k |v_k − v(t_k)|: a step that ends within
+//! rounding of an impact would count for its whole length, with the jump.) An angle counts as the path of a point a length
+//! L away, that is as it stands, in radians. Both are aimed at ε; what a motion makes of an error once made (an impact may
+//! amplify it) is not known to any one-step estimate, so that a
 //! factor of three is left for it. Velocities are measured in L1(t): in L∞ two motions whose impacts differ by a
 //! nanosecond are apart by a whole jump, whatever the scheme.
 //!
