@@ -41,7 +41,7 @@ pub struct Report<T> {
     pub rejected: usize,
     /// θ-steps made in all: kept, compared with, given up.
     pub computed: usize,
-    /// Impacts and ends of sliding that steps were placed at.
+    /// Impacts that steps were placed at, and bounces that ended in rest.
     pub events: usize,
     /// Sum of the estimated errors of the steps kept, in q and in v until T, as a share of the scene's length.
     pub estimated_error: T,

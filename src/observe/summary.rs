@@ -56,7 +56,7 @@ pub struct AdaptiveSummary {
     pub rejected: usize,
     /// θ-steps made in all.
     pub computed: usize,
-    /// Impacts and other events that steps were placed at.
+    /// Impacts that steps were placed at, and bounces that ended in rest.
     pub events: usize,
     /// Sum of the estimated errors, as a share of the scene's length.
     pub estimated_error: f64,
