@@ -1,6 +1,7 @@
 //! Orders of convergence from many step sizes: errors of event-capturing schemes saw-tooth, so two are not enough.
 
 /// `count` step sizes from `least` to `largest`, equally spaced in their logarithm.
+#[allow(dead_code, reason = "each test takes what it needs")]
 pub(crate) fn log_spaced(least: f64, largest: f64, count: usize) -> Vec<f64> {
     let ratio = (largest / least).ln() / (count - 1) as f64;
     (0..count).map(|i| least * (ratio * i as f64).exp()).collect()
