@@ -34,6 +34,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "mesh",
             "scalar",
             "scheme",
+            "simulate",
             "solver",
             "system",
         ],

@@ -10,7 +10,6 @@ mod progress;
 mod report;
 mod run;
 mod shown;
-mod stepper;
 mod study;
 
 use std::path::PathBuf;

@@ -12,12 +12,12 @@ use nonsmooth::file::AtomicFile;
 use nonsmooth::laws::ContactLaw as _;
 use nonsmooth::mesh::Mesh;
 use nonsmooth::observe::{
-    CsvFiles, ObserveError, Rates, RunInfo, RunSeries, RunSummary, SeriesRecorder, SummaryRecorder, Units,
-    comparison_figure, elastic_figure, mesh_figure, run_figure,
+    AdaptiveSummary, CsvFiles, ObserveError, Rates, RunInfo, RunSeries, RunSummary, SeriesRecorder,
+    SummaryRecorder, Units, comparison_figure, elastic_figure, mesh_figure, run_figure,
 };
-use nonsmooth::scalar::Scalar;
-use nonsmooth::scene::{self, Overrides, Run, ScalarName, Scene, UnitsName};
-use nonsmooth::simulate::{Outcome, SimulateError, begin, end};
+use nonsmooth::scalar::{Scalar, to_f64};
+use nonsmooth::scene::{self, Overrides, PlanarStepper, Run, ScalarName, Scene, UnitsName};
+use nonsmooth::simulate::{Outcome, SimulateError, Stepper, begin, end};
 use nonsmooth::system::MechanicalSystem as _;
 use serde::Serialize;
 
@@ -25,7 +25,6 @@ use super::checkpoint::{self, Checkpoint, Current};
 use super::frames::Frames;
 use super::progress::Progress;
 use super::shown::shown;
-use super::stepper::Stepper;
 use super::{FAILED, INTERRUPTED, RunArguments, report};
 
 /// The file `summary.json`.
@@ -99,7 +98,7 @@ impl Session<'_> {
             Some(scheme) => shown(self.scene, scheme)?,
             None => (Vec::new(), None),
         };
-        let control = |scheme| Stepper::new(scheme, &self.scene.time);
+        let control = |scheme| Stepper::new(scheme, self.scene.time.adaptive_settings());
         let steppers = schemes.into_iter().map(control).collect::<Result<Vec<_>, _>>()?;
         let folder = self.folder();
         let mut checkpoint = self.checkpoint(&folder)?;
@@ -172,7 +171,7 @@ impl Session<'_> {
     fn one<T: Scalar, const D: usize>(
         &self,
         run: &Run,
-        stepper: &mut Stepper<T, D>,
+        stepper: &mut PlanarStepper<T, D>,
         (dofs, contact): &(Vec<usize>, Option<ContactId>),
         tables: &mut CsvFiles,
         checkpoint: &mut Option<Checkpoint>,
@@ -253,7 +252,7 @@ impl Session<'_> {
             }
         };
         let mut summary = summary.finish(stopped);
-        summary.iter_mut().for_each(|summary| stepper.describe(summary));
+        summary.iter_mut().for_each(|summary| describe(stepper, summary));
         results.summaries.extend(summary);
         results.series.push(series.finish());
         if let (Some(checkpoint), false) = (checkpoint.as_mut(), results.interrupted) {
@@ -317,4 +316,23 @@ impl Session<'_> {
         }
         Ok(())
     }
+}
+
+/// Adds what error control made of a run to its summary.
+fn describe<T: Scalar, const D: usize>(stepper: &PlanarStepper<T, D>, summary: &mut RunSummary) {
+    let Stepper::Adaptive(driver) = stepper else { return };
+    let report = driver.report();
+    if summary.steps > 0 {
+        summary.step = to_f64(driver.scheme().state().time) / summary.steps as f64;
+    }
+    summary.adaptive = Some(AdaptiveSummary {
+        tolerance: to_f64(driver.settings().tolerance),
+        accepted: report.accepted,
+        rejected: report.rejected,
+        computed: report.computed,
+        events: report.events,
+        estimated_error: to_f64(report.estimated_error),
+        smallest_step: to_f64(report.smallest_step),
+        largest_step: to_f64(report.largest_step),
+    });
 }

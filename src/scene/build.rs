@@ -3,10 +3,10 @@
 use super::format::{ActivationRuleName, InterfaceSpec};
 use super::names::{Directory, Groups};
 use super::{LoadSpec, PreloadSpec, Run, Scene, SceneError};
-use crate::adaptive::Adaptive;
 use crate::laws::{self, ContactLaw};
 use crate::scalar::{Scalar, lit};
 use crate::scheme::{Activation, ActivationRule, Settings, ThetaScheme, equilibrium};
+use crate::simulate::Stepper;
 use crate::solver::{self, ConeSolver, Stopping};
 use crate::system::{Body, BodyId, MechanicalSystem, RigidBodies};
 
@@ -20,9 +20,9 @@ pub(super) type AnySystem<T, const D: usize> = Box<dyn MechanicalSystem<T, D>>;
 pub type Planar<T, const D: usize> =
     ThetaScheme<T, D, AnySystem<T, D>, AnyLaw<T, D>, Box<dyn ConeSolver<T, D>>>;
 
-/// The same under error control.
-pub type PlanarAdaptive<T, const D: usize> =
-    Adaptive<T, D, AnySystem<T, D>, AnyLaw<T, D>, Box<dyn ConeSolver<T, D>>>;
+/// What makes the steps of a scene, of one length or under error control.
+pub type PlanarStepper<T, const D: usize> =
+    Stepper<T, D, AnySystem<T, D>, AnyLaw<T, D>, Box<dyn ConeSolver<T, D>>>;
 
 impl InterfaceSpec {
     /// The two sides, for errors.

@@ -1,7 +1,11 @@
 //! The loop over steps, with observers and an orderly end.
 
+mod stepper;
+
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
+
+pub use stepper::Stepper;
 
 use crate::adaptive::{Adaptive, AdaptiveError};
 use crate::laws::ContactLaw;
