@@ -1,7 +1,7 @@
 //! Bodies at rest: asleep, they are as if computed, until something touches them.
 
 use nonsmooth::laws::{self, ContactLaw};
-use nonsmooth::scheme::{Activation, ActivationRule, Settings, ThetaScheme};
+use nonsmooth::scheme::{Activation, ActivationRule, Settings, SetupError, ThetaScheme};
 use nonsmooth::solver::{self, ConeSolver, Stopping};
 use nonsmooth::system::{Body, RigidBodies, polygon_body};
 
@@ -158,4 +158,12 @@ fn what_only_turns_around_does_not_fall_asleep() {
         scheme.step().expect("a disc");
     }
     assert!((scheme.state().v[0] + 0.5).abs() <= 1e-9, "{:?}", scheme.state().v);
+}
+
+#[test]
+fn a_step_that_changes_its_length_takes_no_sleepers() {
+    let (mut awake, mut asleep) = (scene(false), scene(true));
+    assert_eq!(awake.set_step(2e-3), Ok(()));
+    assert_eq!(asleep.set_step(2e-3), Err(SetupError::SleepingStep));
+    assert_eq!(asleep.settings().step, 1e-3, "the length is as it was");
 }

@@ -3,6 +3,7 @@
 use super::format::{ActivationRuleName, InterfaceSpec};
 use super::names::{Directory, Groups};
 use super::{LoadSpec, PreloadSpec, Run, Scene, SceneError};
+use crate::adaptive::Adaptive;
 use crate::laws::{self, ContactLaw};
 use crate::scalar::{Scalar, lit};
 use crate::scheme::{Activation, ActivationRule, Settings, ThetaScheme, equilibrium};
@@ -19,6 +20,10 @@ pub(super) type AnySystem<T, const D: usize> = Box<dyn MechanicalSystem<T, D>>;
 /// The scheme of a scene: planar rigid bodies or an elastic body, laws and solver by name.
 pub type Planar<T, const D: usize> =
     ThetaScheme<T, D, AnySystem<T, D>, AnyLaw<T, D>, Box<dyn ConeSolver<T, D>>>;
+
+/// The same under error control.
+pub type PlanarAdaptive<T, const D: usize> =
+    Adaptive<T, D, AnySystem<T, D>, AnyLaw<T, D>, Box<dyn ConeSolver<T, D>>>;
 
 /// What makes the steps of a scene, of one length or under error control.
 pub type PlanarStepper<T, const D: usize> =
