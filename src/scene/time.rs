@@ -27,7 +27,8 @@ pub struct TimeSpec {
     pub activation: ActivationRuleName,
     /// Tolerance of the rule on the gap (m); scales with the scene where absent.
     pub gap_tolerance: Option<f64>,
-    /// Tolerance of the rule on the normal velocity (m/s); scales with the scene where absent.
+    /// Tolerance of the rule on the normal velocity (m/s), above what the solver leaves; scales with the scene where
+    /// absent.
     pub velocity_tolerance: Option<f64>,
 }
 

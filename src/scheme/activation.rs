@@ -34,7 +34,9 @@ pub struct Activation<T> {
     pub rule: ActivationRule,
     /// Tolerance on the gap (m); `None` scales with the scene.
     pub gap_tolerance: Option<T>,
-    /// Tolerance on the normal velocity (m/s); `None` scales with the scene.
+    /// Tolerance on the normal velocity (m/s); `None` scales with the scene. Below what the solver leaves, closed contacts
+    /// drop out at random and energies are wrong without any number showing it: the sliding block at a solver's tolerance
+    /// of 1e-10 and 1e-10 mm/ms here ends a fifth of its run with twice its energy under `proximal-newton`.
     pub velocity_tolerance: Option<T>,
 }
 
