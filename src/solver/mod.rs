@@ -68,7 +68,7 @@ pub enum Accuracy<T> {
     Tolerance,
     /// The tolerance lies below what rounding leaves in working precision: the scaled residual, evaluated precisely, is
     /// within [`ConeProblem::floor`], or within the tolerance after all. Large percussions that nearly cancel make it so:
-    /// light bodies between heavy ones.
+    /// light bodies between heavy ones. It excuses no tolerance below the ε of the arithmetic.
     Rounding {
         /// The floor (dimensionless).
         floor: T,
@@ -197,7 +197,9 @@ pub trait ConeSolver<T: Scalar, const D: usize>: Debug + Send {
             return Ok(Solution { iterations, residual, accuracy: Accuracy::Tolerance });
         }
         let floor = problem.floor(r);
-        if ConeProblem::<T, D>::is_near_floor(residual.scaled, floor) {
+        // Who asks for less than ε asks for an exact solution, which rounding is no excuse for.
+        let excused = stopping.tolerance >= epsilon::<T>();
+        if excused && ConeProblem::<T, D>::is_near_floor(residual.scaled, floor) {
             // Not to be confused with the rounding of its own evaluation.
             let precise = problem.precise_residual(r);
             if precise.scaled <= stopping.tolerance.max(floor) {
