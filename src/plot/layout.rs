@@ -39,6 +39,7 @@ pub(super) fn draw(figure: &Figure, ink: &mut Ink) -> f64 {
         page.find_legend(cell);
         let (below, above) = cell.legend.as_ref().map_or((0.0, 0.0), |l| l.extra);
         cell.y.grow(below, above);
+        cell.equalise();
     }
     // Room for legends and equal scales change the ticks, hence the margins.
     page.place(&mut cells);
