@@ -33,19 +33,23 @@ pub fn dot<T: Scalar>(x: &[T], y: &[T]) -> T {
 /// Σ_i of several terms, each in four sums that do not wait for one another.
 #[inline]
 pub(crate) fn sums<T: Scalar, const K: usize>(count: usize, terms: impl Fn(usize) -> [T; K]) -> [T; K] {
-    let mut lanes = [[T::zero(); K]; 4];
     let fours = count - count % 4;
-    for i in (0..fours).step_by(4) {
-        for (lane, sums) in lanes.iter_mut().enumerate() {
-            let terms = terms(i + lane);
-            (0..K).for_each(|k| sums[k] += terms[k]);
+    let mut sums = [T::zero(); K];
+    if fours > 0 {
+        let mut lanes = [[T::zero(); K]; 4];
+        for i in (0..fours).step_by(4) {
+            for (lane, sums) in lanes.iter_mut().enumerate() {
+                let terms = terms(i + lane);
+                (0..K).for_each(|k| sums[k] += terms[k]);
+            }
         }
+        sums = std::array::from_fn(|k| (lanes[0][k] + lanes[1][k]) + (lanes[2][k] + lanes[3][k]));
     }
     for i in fours..count {
         let terms = terms(i);
-        (0..K).for_each(|k| lanes[i - fours][k] += terms[k]);
+        (0..K).for_each(|k| sums[k] += terms[k]);
     }
-    std::array::from_fn(|k| (lanes[0][k] + lanes[1][k]) + (lanes[2][k] + lanes[3][k]))
+    sums
 }
 
 /// y ← y + a x.
