@@ -74,6 +74,9 @@ pub struct Admm<T: Scalar, const D: usize> {
 const DEFAULT_ITERATIONS: usize = 20_000;
 /// Iterations after which the penalty is left alone, so that the method ends as one of a fixed penalty.
 const LAST_ADAPTATION: usize = 4_000;
+/// Iterations without a new best iterate after which the acceleration rests, and for how long: it may cycle where the
+/// plain method converges.
+const STAGNATION: usize = 500;
 
 impl<T: Scalar, const D: usize> Admm<T, D> {
     /// The solver with its settings.
@@ -198,6 +201,7 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for Admm<T, D> {
         self.anderson.clear();
         let budget = control.max_iterations(DEFAULT_ITERATIONS);
         let mut outcome = Ok(budget);
+        let (mut improved, mut plain_until) = (0, 0);
         for iteration in 1..=budget {
             let (primal, dual) = match self.step(penalty) {
                 Ok(residuals) => residuals,
@@ -209,13 +213,22 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for Admm<T, D> {
             let residual = self.residual();
             if residual < best {
                 best = residual;
+                improved = iteration;
                 self.best.copy_from_slice(&self.z);
             }
             if !control.proceed(iteration, best) || best <= control.tolerance() {
                 outcome = Ok(iteration);
                 break;
             }
-            self.anderson.advance(&mut self.state, &self.image);
+            if iteration > improved.max(plain_until) + STAGNATION {
+                plain_until = iteration + STAGNATION;
+                self.anderson.clear();
+            }
+            if iteration < plain_until {
+                self.state.copy_from_slice(&self.image);
+            } else {
+                self.anderson.advance(&mut self.state, &self.image);
+            }
             let due = self.settings.adapt_every > 0 && iteration % self.settings.adapt_every == 0;
             if due && iteration <= LAST_ADAPTATION && primal > T::zero() && dual > T::zero() {
                 let ratio = primal / dual;

@@ -1,7 +1,7 @@
 //! Whether some percussion brings every velocity into the dual cone, or the direction that shows none does.
 
 use clarabel::solver::SupportedConeT::{NonnegativeConeT, SecondOrderConeT};
-use clarabel::solver::{DefaultSolver, IPSolver};
+use clarabel::solver::{DefaultSettings, DefaultSolution, DefaultSolver, IPSolver};
 use nalgebra::SVector;
 
 use super::complementarity::tangential_norm;
@@ -108,35 +108,48 @@ pub fn feasibility<T: Scalar, const D: usize>(
     let mut linear = vec![0.0; margin + 1];
     linear[margin] = -1.0;
     let (rows, quadratic) = (sparse(rhs.len(), margin + 1, &entries), sparse(margin + 1, margin + 1, &[]));
-    let settings = settings(UNDECIDED * 1e-2, 200);
-    let mut program = match DefaultSolver::new(&quadratic, &linear, &rows, &rhs, &cones, settings) {
-        Ok(program) => program,
-        Err(error) => return undecided(f64::NAN, error.to_string()),
-    };
-    program.solve();
-    let status = format!("{:?}", program.solution.status);
-    let (primal, dual) = (&program.solution.x, &program.solution.z);
-    let t = primal[margin];
-    if !usable(program.solution.status) || !primal.iter().chain(dual).all(|v| v.is_finite()) {
-        return undecided(t, status);
-    }
-    let block = |i: usize| SVector::<T, D>::from_fn(|d, _| lit(primal[i * D + d]));
-    if t > UNDECIDED {
-        let x: Vec<_> = (0..m).map(block).collect();
-        if let Some(margin) = verified_margin(p, &x) {
-            let mut percussion = x.clone();
-            scaled.unscale_into(&x, &mut percussion);
-            return Ok(Feasibility::Strict { margin: margin.min(T::one()), percussion });
+    let mut last = (f64::NAN, String::new());
+    // Where the program stalls in one scaling of its rows it seldom does in the other.
+    for equilibrate_enable in [true, false] {
+        let settings = DefaultSettings { equilibrate_enable, ..settings(UNDECIDED * 1e-2, 200) };
+        let mut program = match DefaultSolver::new(&quadratic, &linear, &rows, &rhs, &cones, settings) {
+            Ok(program) => program,
+            Err(error) => return undecided(f64::NAN, error.to_string()),
+        };
+        program.solve();
+        if let Some(decided) = decide(&scaled, &program.solution) {
+            return Ok(decided);
         }
+        last = (program.solution.x[margin], format!("{:?}", program.solution.status));
+    }
+    undecided(last.0, last.1)
+}
+
+/// What the convex program found, verified on the scaled problem.
+fn decide<T: Scalar, const D: usize>(
+    scaled: &Scaled<T, D>,
+    solution: &DefaultSolution<f64>,
+) -> Option<Feasibility<T, D>> {
+    let (p, primal, dual) = (scaled.problem(), &solution.x, &solution.z);
+    if !usable(solution.status) || !primal.iter().chain(dual).all(|v| v.is_finite()) {
+        return None;
+    }
+    let t = primal[p.contacts() * D];
+    if t > UNDECIDED {
+        let block = |i: usize| SVector::<T, D>::from_fn(|d, _| lit(primal[i * D + d]));
+        let x: Vec<_> = (0..p.contacts()).map(block).collect();
+        let margin = verified_margin(p, &x)?.min(T::one());
+        let mut percussion = x.clone();
+        scaled.unscale_into(&x, &mut percussion);
+        Some(Feasibility::Strict { margin, percussion })
     } else if t < -UNDECIDED {
         let d = direction(p, dual);
-        if separates(p, &d, lit(t)) {
-            let mut direction = d.clone();
-            scaled.unscale_into(&d, &mut direction);
-            return Ok(Feasibility::Separated { margin: lit(t), direction });
-        }
+        let mut direction = d.clone();
+        scaled.unscale_into(&d, &mut direction);
+        separates(p, &d, lit(t)).then_some(Feasibility::Separated { margin: lit(t), direction })
+    } else {
+        None
     }
-    undecided(t, status)
 }
 
 /// min_α (w_N − μ‖w_T‖), where it is positive.

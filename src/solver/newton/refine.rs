@@ -42,6 +42,9 @@ impl<T: Scalar, const D: usize> Refinement<T, D> {
     ) -> (T, usize) {
         let Self { w, scaled_r, scaled_w, step, linear, best } = self;
         let (mut least, mut steps) = (T::infinity_impl(), 0);
+        // What comes back where no residual is a number.
+        best.clear();
+        best.extend_from_slice(r);
         loop {
             w.clear();
             problem.precise_velocities(r, &mut |_, velocity| w.push(velocity));
