@@ -32,6 +32,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "laws",
             "linalg",
             "mesh",
+            "observe",
             "scalar",
             "scheme",
             "simulate",

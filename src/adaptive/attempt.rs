@@ -34,7 +34,7 @@ const SMOOTH_POWER: f64 = 1.9;
 const JUMP: f64 = 0.05;
 
 /// Share of ε for what a force does unseen, before a contact starts to slide or lifts.
-const HIDDEN: f64 = 0.01;
+const HIDDEN: f64 = 0.05;
 
 /// Rounding of local velocities, in ε of the scene's speed.
 const ROUNDING: f64 = 1e5;

@@ -30,7 +30,7 @@
 //!   change between sticking, sliding and lifting. Where the motion goes on as before, the three steps are made alone, and
 //!   their third differences give the h³/12 times the third derivatives that are their errors. A PI controller chooses
 //!   the next length.
-//! - **Forces in time** on a body that sticks are resolved as well, to 10⁻² ε of what they would do between two steps:
+//! - **Forces in time** on a body that sticks are resolved as well, to 5·10⁻² ε of what they would do between two steps:
 //!   it shows nothing of them until it slides.
 //! - **Impacts.** A candidate that has overlapped at the end of a trial is traced back along the path of that trial, a
 //!   parabola, to the moment it closes. The flight is made again to end just before that, at a distance of γ, and a step

@@ -16,7 +16,7 @@ use nonsmooth::observe::{
     SummaryRecorder, Units, comparison_figure, elastic_figure, mesh_figure, run_figure,
 };
 use nonsmooth::scalar::{Scalar, to_f64};
-use nonsmooth::scene::{self, Overrides, PlanarStepper, Run, ScalarName, Scene, UnitsName};
+use nonsmooth::scene::{self, Overrides, PlanarStepper, Run, ScalarName, Scene};
 use nonsmooth::simulate::{Outcome, SimulateError, Stepper, begin, end};
 use nonsmooth::system::MechanicalSystem as _;
 use serde::Serialize;
@@ -277,10 +277,7 @@ impl Session<'_> {
     }
 
     fn units(&self) -> &'static Units {
-        match self.scene.units {
-            UnitsName::Si => &Units::SI,
-            UnitsName::MmMsG => &Units::MM_MS_G,
-        }
+        self.scene.units.units()
     }
 
     fn write(

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::{SceneError, SignalSpec, SolidSpec, TimeSpec};
+use crate::observe::Units;
 
 /// A scene of planar rigid bodies, or of one elastic body. Units are SI (m, kg, s, N, rad), or any other consistent
 /// set: mm, ms, g makes MPa, N, mJ.
@@ -69,6 +70,16 @@ pub enum UnitsName {
     /// mm, ms, g, and so N, MPa, mJ.
     #[serde(rename = "mm-ms-g")]
     MmMsG,
+}
+
+impl UnitsName {
+    /// The words for them.
+    pub fn units(self) -> &'static Units {
+        match self {
+            Self::Si => &Units::SI,
+            Self::MmMsG => &Units::MM_MS_G,
+        }
+    }
 }
 
 /// Arithmetic of a run.

@@ -149,10 +149,7 @@ where
         self.warm_start.clear();
         self.older_start.clear();
         // Percussions of a lasting contact grow with the step; those of an impact, made in a step of its own, do not.
-        let mut growth = self.settings.step / self.last_length;
-        if !(growth <= lit(MOST_GROWTH) && growth >= lit(1.0 / MOST_GROWTH)) {
-            growth = T::one();
-        }
+        let growth = growth(self.last_length, self.settings.step);
         let mut known = self.last.contacts.iter().peekable();
         let mut older = self.older.iter().peekable();
         for (i, contact) in self.next.contacts.iter().enumerate() {
@@ -222,16 +219,6 @@ where
         let Settings { theta, step: h, .. } = *settings;
         let half = lit::<T>(0.5);
         let mut balance = Balance::default();
-        // Increments by the polarised forms ½(y−x)·A(y+x), which do not cancel.
-        let increments = |from: &[T], to: &[T], [a_from, a_to]: &[Vec<T>; 2]| {
-            let n = from.len();
-            let (to, a_from, a_to) = (&to[..n], &a_from[..n], &a_to[..n]);
-            let [change, square] = sums(n, |i| {
-                let difference = to[i] - from[i];
-                [difference * (a_to[i] + a_from[i]), difference * (a_to[i] - a_from[i])]
-            });
-            (half * change, square)
-        };
         let mut square;
         if let Some(nonlinear) = &self.nonlinear {
             let start = Start::of(state, settings, &next.force);
@@ -351,6 +338,28 @@ where
         let (step, time) = self.place();
         StepError::Unknown { step, time, contact: self.system.contact_label(contact), what, index, count }
     }
+}
+
+/// ½(y−x)·A(y+x) and (y−x)·A(y−x), of x and y with A x and A y: the polarised forms, which do not cancel.
+#[inline(always)]
+fn increments<T: Scalar>(from: &[T], to: &[T], [a_from, a_to]: &[Vec<T>; 2]) -> (T, T) {
+    let n = from.len();
+    let (to, a_from, a_to) = (&to[..n], &a_from[..n], &a_to[..n]);
+    let [change, square] = sums(n, |i| {
+        let difference = to[i] - from[i];
+        [difference * (a_to[i] + a_from[i]), difference * (a_to[i] - a_from[i])]
+    });
+    (lit::<T>(0.5) * change, square)
+}
+
+/// Ratio of two lengths of steps, 1 where it is far from that.
+fn growth<T: Scalar>(from: T, to: T) -> T {
+    if from == to {
+        // All but every step, and a division saved.
+        return T::one();
+    }
+    let ratio = to / from;
+    if ratio <= lit(MOST_GROWTH) && ratio >= lit(1.0 / MOST_GROWTH) { ratio } else { T::one() }
 }
 
 /// The percussion of contact `id` in a list ordered by identity, found by walking along; zero where it is not there.

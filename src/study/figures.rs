@@ -29,6 +29,7 @@ impl SceneResults {
         let mut lines = self.lines();
         lines.retain(|line| !line.adaptive);
         let known = |measure: &&Measure| lines.iter().any(|line| line.order(measure).is_some());
+        let x_label = format!("h ({})", self.units.time);
         let panels = MEASURES.iter().filter(known).map(|measure| {
             let order =
                 |line: &Line| line.order(measure).map_or("—".into(), |order| format!("{:.2}", order.slope));
@@ -42,7 +43,7 @@ impl SceneResults {
                 let name = if line.scheme.is_empty() { "order" } else { &line.scheme };
                 format!("{name}: {}{single}", order(line)).replace('-', "−")
             };
-            self.panel(&lines, measure, "h (s)", |bin| bin.step, label)
+            self.panel(&lines, measure, &x_label, |bin| bin.step, label)
         });
         Figure::new(2, panels.collect()).size(ROW.0, 1.2 * ROW.1)
     }

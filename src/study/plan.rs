@@ -8,6 +8,7 @@ use toml::Value;
 use super::format::{Axis, MarkSpec, ReferenceSpec, StudyFile};
 use super::settings::{SHORT, Settings, changes};
 use super::{StudyError, references};
+use crate::observe::Units;
 use crate::scene::{Fingerprint, Run, Scene, contact_dimension};
 
 /// Runs a study may have.
@@ -30,6 +31,8 @@ pub(super) struct Job {
 pub struct SceneStudy {
     /// Title of the figures.
     pub title: String,
+    /// Units of the scene.
+    pub units: &'static Units,
     /// What the runs are measured against.
     pub reference: ReferenceSpec,
     /// Which lines the figures mark.
@@ -51,7 +54,7 @@ impl SceneStudy {
         scene: PathBuf,
     ) -> Result<Self, StudyError> {
         let base = std::fs::read_to_string(&scene).map_err(|source| StudyError::io(&scene, source))?;
-        Scene::parse(&base, &scene)?;
+        let units = Scene::parse(&base, &scene)?.units.units();
         let base: toml::Table =
             toml::from_str(&base).map_err(|error| StudyError::parse(&scene, &base, 0, error))?;
         let finest = || ReferenceSpec { kind: references::FINEST.into(), h: None, theta: None };
@@ -93,7 +96,7 @@ impl SceneStudy {
                 return Err(StudyError::parse(path, text, 0, message));
             }
         }
-        Ok(Self { title: file.title, reference, mark: file.mark, keys: names, jobs })
+        Ok(Self { title: file.title, units, reference, mark: file.mark, keys: names, jobs })
     }
 }
 

@@ -12,6 +12,7 @@ use super::references::Target;
 use super::run::{Outcome, measure};
 use super::settings::Settings;
 use super::{MarkSpec, Progress, SceneStudy, StudyError, StudyOptions};
+use crate::observe::Units;
 
 /// A run that was made.
 #[derive(Debug, Clone)]
@@ -29,6 +30,8 @@ pub struct Row {
 pub struct SceneResults {
     /// Title of the figures.
     pub title: String,
+    /// Units of the scene.
+    pub units: &'static Units,
     /// Which lines the figures mark.
     pub mark: Option<MarkSpec>,
     /// Keys of the scene that the study varies.
@@ -89,6 +92,7 @@ impl SceneStudy {
         };
         Ok(SceneResults {
             title: self.title.clone(),
+            units: self.units,
             mark: self.mark.clone(),
             keys: self.keys.clone(),
             rows: self.jobs.iter().zip(outcomes).filter_map(row).collect(),
