@@ -328,6 +328,19 @@ fn figures_tell_every_line_and_its_order() {
     assert!(order.contains(&format!("newton: {slope:.2} (f32: ")));
 }
 
+#[test]
+fn figures_name_the_time_of_their_scene() {
+    let scene = std::fs::read_to_string(examples().join("impacting_stick.toml")).expect("an example");
+    let bench = Bench::new("impacting_stick", "");
+    std::fs::write(bench.folder.path().join("scene.toml"), format!("units = \"mm-ms-g\"\n{scene}"))
+        .expect("a scene");
+    bench.write("title = \"Test\"\nscene = \"scene.toml\"\n[[runs]]\nh = { from = 1e-2, to = 1e-3, per_decade = 4 }\n");
+    let (results, _) = bench.run("out", 1);
+    let order = results.order_figure().svg().expect("a figure");
+    assert!(order.contains("h (ms)") && !order.contains("h (s)"));
+    assert!(results.speed_figure().svg().expect("a figure").contains("CPU time (s)"));
+}
+
 /// The message of a study that cannot be read.
 fn refused(bench: &Bench, study: &str) -> StudyError {
     bench.write(study);
@@ -414,7 +427,7 @@ fn a_reference_that_does_not_know_the_motion_says_what_it_knows() {
 
 #[test]
 fn two_studies_do_not_write_into_one_folder() {
-    let bench = Bench::new("bouncing_ball", "[[runs]]\nh = [1e-2, 1e-3]\n");
+    let bench = Bench::new("bouncing_ball", "[[runs]]\nh = { from = 1e-2, to = 1e-3, per_decade = 4 }\n");
     let Ok(Study::Scene(study)) = Study::read(&bench.study()) else { panic!("a study") };
     let never = AtomicBool::new(false);
     let mut second = None;

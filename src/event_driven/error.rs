@@ -67,6 +67,12 @@ pub enum EventFailure {
         /// The contact.
         contact: String,
     },
+    /// Positions or velocities are so large that their energy is not finite.
+    #[error("the energy is {energy} J")]
+    Energy {
+        /// The energy (J).
+        energy: f64,
+    },
     /// A cone problem was not solved.
     #[error("cone problem: {0}")]
     Solver(SolveError),

@@ -48,6 +48,7 @@ where
         constant_force: system.forces().constant_part().to_vec(),
         last: Piece::at_rest(start_time, &q, &v, Totals::default()),
     };
+    motion.check_energy().map_err(|failure| EventError { time: start_time, failure, motion: None })?;
     let mut integrator = Integrator {
         dynamics: Dynamics::new(system, factor, length),
         laws,
@@ -69,7 +70,7 @@ where
     let outcome = integrator.run(end);
     let Integrator { mut motion, time, q, v, totals, .. } = integrator;
     motion.last = Piece::at_rest(time, &q, &v, totals);
-    match outcome {
+    match outcome.and_then(|()| motion.check_energy()) {
         Ok(()) => Ok(motion),
         Err(failure) => Err(EventError { time, failure, motion: Some(Box::new(motion)) }),
     }

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use super::EventFailure;
 use super::piece::{Piece, Totals};
 use crate::contact::ContactId;
 use crate::energy::{Balance, Energies};
@@ -153,6 +154,12 @@ impl Motion {
             0.5 * dot(&q, &product)
         });
         Energies { kinetic, elastic, potential: -dot(&self.constant_force, &q) }
+    }
+
+    /// Refuses a motion whose last energy is not finite.
+    pub(super) fn check_energy(&self) -> Result<(), EventFailure> {
+        let energy = self.energy(self.end()).total();
+        if energy.is_finite() { Ok(()) } else { Err(EventFailure::Energy { energy }) }
     }
 
     /// The balance of the energies from the start to `time`; its imbalance is rounding.
