@@ -1,8 +1,10 @@
 //! Alternating direction method of multipliers with the De Saxcé shift updated on the way.
 
+use std::iter::repeat;
+
 use nalgebra::{ComplexField, SMatrix, SVector};
 
-use super::acceleration::Anderson;
+use super::anderson::Anderson;
 use super::complementarity::tangential_norm;
 use super::newton_matrix::NewtonMatrix;
 use super::scaling::Scaled;
@@ -24,7 +26,8 @@ pub struct AdmmSettings<T> {
     pub imbalance: T,
     /// Over-relaxation of r (dimensionless, in (0, 2)). Default 1.5.
     pub relaxation: T,
-    /// Iterations the Anderson acceleration remembers (count). Default 10; 0 is the plain method.
+    /// Iterations the Anderson acceleration remembers (count, at most 10: more is taken as 10). Default 10; 0 is the
+    /// plain method.
     pub memory: usize,
 }
 
@@ -60,7 +63,7 @@ pub struct Admm<T: Scalar, const D: usize> {
     settings: AdmmSettings<T>,
     scaled: Scaled<T, D>,
     matrix: NewtonMatrix<T, D>,
-    anderson: Anderson<T>,
+    anderson: Anderson<T, T>,
     r: Vec<SVector<T, D>>,
     z: Vec<SVector<T, D>>,
     z_old: Vec<SVector<T, D>>,
@@ -198,7 +201,7 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for Admm<T, D> {
             self.state.extend((z - de_saxce(&w, mu) / penalty).iter().copied());
             self.state.push(mu * tangential_norm(&w));
         }
-        self.anderson.clear();
+        self.anderson.prepare(self.state.len());
         let budget = control.max_iterations(DEFAULT_ITERATIONS);
         let mut outcome = Ok(budget);
         let (mut improved, mut plain_until) = (0, 0);
@@ -222,13 +225,12 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for Admm<T, D> {
             }
             if iteration > improved.max(plain_until) + STAGNATION {
                 plain_until = iteration + STAGNATION;
-                self.anderson.clear();
+                self.anderson.forget();
             }
-            if iteration < plain_until {
-                self.state.copy_from_slice(&self.image);
-            } else {
-                self.anderson.advance(&mut self.state, &self.image);
+            if iteration >= plain_until {
+                self.anderson.accelerate(&self.state, &mut self.image, repeat(T::one()));
             }
+            std::mem::swap(&mut self.state, &mut self.image);
             let due = self.settings.adapt_every > 0 && iteration % self.settings.adapt_every == 0;
             if due && iteration <= LAST_ADAPTATION && primal > T::zero() && dual > T::zero() {
                 let ratio = primal / dual;
@@ -237,7 +239,7 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for Admm<T, D> {
                     let next = (penalty * change).max(lit(1e-6)).min(lit(1e6));
                     self.rescale(penalty / next);
                     penalty = next;
-                    self.anderson.clear();
+                    self.anderson.forget();
                     if let Err(message) = self.factor(penalty) {
                         outcome = Err(breakdown(iteration, message));
                         break;

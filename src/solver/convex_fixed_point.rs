@@ -3,7 +3,7 @@
 use clarabel::solver::{DefaultSolver, IPSolver};
 use nalgebra::SVector;
 
-use super::acceleration::Anderson;
+use super::anderson::Anderson;
 use super::complementarity::tangential_norm;
 use super::conic_program::{Unknowns, coulomb_cones, settings, symmetric_part, usable};
 use super::scaling::Scaled;
@@ -32,7 +32,8 @@ pub struct ConvexFixedPointSettings<T> {
     pub program_tolerance: f64,
     /// Largest number of interior-point iterations of a convex program (count). Default 100.
     pub program_iterations: u32,
-    /// Steps the Anderson acceleration of s remembers (count). Default 5; 0 is the plain fixed point.
+    /// Steps the Anderson acceleration of s remembers (count, at most 10: more is taken as 10). Default 5; 0 is the
+    /// plain fixed point.
     pub memory: usize,
     /// Part of the way from s to its image that a step takes (in (0, 1]). Default 1; each time 10 programs in a
     /// row bring no better iterate it is halved, down to 1/8, and s is restarted from another place.
@@ -77,7 +78,7 @@ pub struct ConvexFixedPoint<T: Scalar, const D: usize> {
     settings: ConvexFixedPointSettings<T>,
     scaled: Scaled<T, D>,
     newton: SemismoothNewton<T, D>,
-    anderson: Anderson<T>,
+    anderson: Anderson<T, T>,
     x: Vec<SVector<T, D>>,
     best: Vec<SVector<T, D>>,
     trial: Vec<SVector<T, D>>,
@@ -227,7 +228,7 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for ConvexFixedPoint<T, D> {
             DefaultSolver::new(&quadratic, &self.linear, &rows, &vec![0.0; rows.m], &cones, program)
                 .map_err(|error| breakdown(0, error.to_string()))?;
 
-        self.anderson.clear();
+        self.anderson.prepare(self.shift.len());
         let mut damping = self.settings.damping;
         let (mut polished_at, mut since_best, mut unbounded, mut restarts) = (T::infinity_impl(), 0, 0, 0);
         let budget = control.max_iterations(200);
@@ -243,7 +244,7 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for ConvexFixedPoint<T, D> {
                 }
                 let two = lit::<T>(2.0);
                 self.shift.iter_mut().zip(problem.friction()).for_each(|(s, &mu)| *s = *s * two + mu);
-                self.anderson.clear();
+                self.anderson.forget();
             } else {
                 for (i, x_i) in self.x.iter_mut().enumerate() {
                     *x_i = SVector::zeros();
@@ -268,8 +269,10 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for ConvexFixedPoint<T, D> {
                 for (image, &s) in self.image.iter_mut().zip(&self.shift) {
                     *image = s + (*image - s) * damping;
                 }
-                self.anderson.advance(&mut self.shift, &self.image);
-                self.shift.iter_mut().for_each(|s| *s = s.max(T::zero()));
+                let mut next = self.image.clone();
+                self.anderson.accelerate(&self.shift, &mut next, std::iter::repeat(T::one()));
+                next.iter_mut().for_each(|s| *s = s.max(T::zero()));
+                self.shift = next;
                 if since_best >= STAGNATION && problem.solved_to_rounding(&self.best, best) {
                     r.copy_from_slice(&self.best);
                     return Ok(step);
@@ -280,7 +283,7 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for ConvexFixedPoint<T, D> {
                     since_best = 0;
                     polished_at = T::infinity_impl();
                     self.spread(restarts);
-                    self.anderson.clear();
+                    self.anderson.forget();
                 }
             }
             if !control.proceed(step, best) || best <= control.tolerance() || step == budget {

@@ -5,7 +5,6 @@
 //! [`ConeSolver::solve`], which checks the data, measures the residual of the result on the problem and calls a
 //! missed tolerance an error.
 
-mod acceleration;
 mod admm;
 mod anderson;
 mod complementarity;

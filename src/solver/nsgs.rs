@@ -5,7 +5,7 @@ use nalgebra::SVector;
 use super::anderson::{Anderson, MAX_DEPTH};
 use super::gauss_seidel::GaussSeidel;
 use super::{Breakdown, ConeSolver, Control, Description, Family, Stopping};
-use crate::cone::ConeProblem;
+use crate::cone::{ConeProblem, project};
 use crate::scalar::{Scalar, lit};
 
 /// Order in which a sweep visits the contacts.
@@ -131,7 +131,7 @@ pub(super) struct Run<T> {
 #[derive(Debug, Clone)]
 pub(super) struct Accelerated<T: Scalar, const D: usize> {
     sweeps: GaussSeidel<T>,
-    anderson: Anderson<T, D>,
+    anderson: Anderson<T, SVector<T, D>>,
     accelerated: bool,
     from: Vec<SVector<T, D>>,
     best: Vec<SVector<T, D>>,
@@ -213,12 +213,16 @@ impl<T: Scalar, const D: usize> Accelerated<T, D> {
                 break;
             }
             if self.accelerated && since >= CYCLE && sweep >= plain_until {
-                self.anderson.prepare(r.len());
+                self.anderson.forget();
                 (plain_until, plain) = (sweep + plain, 2 * plain);
                 (mark, since) = (T::infinity_impl(), 0);
             }
             if self.accelerated && sweep >= plain_until {
-                self.anderson.accelerate(&self.from, r, self.sweeps.sizes(), problem.friction());
+                // Contact α weighs λ_max(W_αα), so that the iterates do not depend on the units.
+                let weights = self.sweeps.sizes().iter().copied();
+                if self.anderson.accelerate(&self.from, r, weights) {
+                    r.iter_mut().zip(problem.friction()).for_each(|(r, &mu)| *r = project(r, mu));
+                }
             }
         }
         r.copy_from_slice(&self.best);
