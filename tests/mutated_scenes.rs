@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use nonsmooth::adaptive::{Adaptive, AdaptiveSettings};
+use nonsmooth::event_driven::Settings;
 use nonsmooth::scalar::{Scalar, lit};
 use nonsmooth::scene::{Run, ScalarName, Scene, build, contact_dimension, event_driven};
 use proptest::prelude::*;
@@ -164,10 +165,11 @@ fn follow(scene: &Scene, dimension: usize) {
     let mut scene = scene.clone();
     scene.time.end = scene.time.end.min(scene.time.step * STEPS as f64);
     let Ok(runs) = scene.runs() else { return };
+    let settings = Settings { max_events: 200, max_steps: 200, ..Settings::default() };
     for run in &runs {
         let ended = match dimension {
-            1 => event_driven::<1>(&scene, run).map(|motion| motion.integrate(&Default::default())),
-            _ => event_driven::<2>(&scene, run).map(|motion| motion.integrate(&Default::default())),
+            1 => event_driven::<1>(&scene, run).map(|motion| motion.integrate(&settings)),
+            _ => event_driven::<2>(&scene, run).map(|motion| motion.integrate(&settings)),
         };
         if let Ok(Ok(motion)) = ended {
             let energy = motion.energy(motion.end()).total();

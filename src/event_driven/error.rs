@@ -100,6 +100,14 @@ pub enum EventFailure {
         /// How many.
         count: usize,
     },
+    /// More steps than allowed: the span is long for what moves in it.
+    #[error("more than {limit} steps, the last of {step} s")]
+    TooManySteps {
+        /// The limit set.
+        limit: usize,
+        /// The last step (s).
+        step: f64,
+    },
     /// More events than allowed.
     #[error("more than {limit} events")]
     TooMany {

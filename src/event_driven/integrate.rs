@@ -177,6 +177,10 @@ where
     /// One piece towards `smooth`; the contact that closes, where an event ends it.
     #[expect(clippy::option_option, reason = "an event, and the contact that closes with it, if one does")]
     fn fly(&mut self, smooth: f64) -> Result<Option<Option<ContactId>>, EventFailure> {
+        let limit = self.settings.max_steps;
+        if self.motion.pieces.len() >= limit {
+            return Err(EventFailure::TooManySteps { limit, step: self.step });
+        }
         let remaining = smooth - self.time;
         let mut h = self.step.min(self.settings.largest_step).min(remaining);
         if h > 0.99 * remaining {

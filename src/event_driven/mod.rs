@@ -84,6 +84,8 @@ pub struct Settings {
     pub largest_step: f64,
     /// Largest number of events. Default 100 000.
     pub max_events: usize,
+    /// Largest number of steps, which the motion keeps. Default 1 000 000.
+    pub max_steps: usize,
 }
 
 impl Default for Settings {
@@ -94,6 +96,7 @@ impl Default for Settings {
             speed_tolerance: 1e-13,
             largest_step: f64::INFINITY,
             max_events: 100_000,
+            max_steps: 1_000_000,
         }
     }
 }
