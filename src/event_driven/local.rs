@@ -221,7 +221,13 @@ impl<const D: usize> Local<D> {
                 .map_err(|source| EventFailure::Solver(source.into()))?;
             let mut p = zero.clone();
             if solver.solve(&problem, &zero, &mut p).is_err() {
-                return Ok(self.vertex(&kept, slip));
+                let found = self.vertex(&kept, slip);
+                // Slips that were cut, and kept, may have to stop.
+                if found.is_none() && kept != slip && far <= 1e10 * size {
+                    far *= 10.0;
+                    continue;
+                }
+                return Ok(found);
             }
             let modes: Vec<Mode> = (0..m).map(|i| self.mode(i, &p[i], size)).collect();
             let turned =

@@ -130,7 +130,11 @@ where
         let inconsistent = EventFailure::Inconsistent { contacts: closed.len() };
         let p = if without_collision {
             let exact = local.b.clone();
-            (0..closed.len()).for_each(|i| local.b[i * D] -= 1e-6 * self.speed);
+            // The approach that the forces make in a short time is one that bodies which wedge each other can have.
+            let (free, ..) = self.dynamics.contact_accelerations(self.time, &self.q, &self.v, closed)?;
+            let least = (0..closed.len()).map(|i| free.b[i * D]).fold(0.0, f64::min);
+            let time = if least < 0.0 { 1e-6 * self.speed / -least } else { 0.0 };
+            local.b.axpy(time, &free.b, 1.0);
             let Some((p, modes)) = local.solve(&mut self.solver, &slip)? else { return Err(inconsistent) };
             local.b = exact;
             local.with_modes(&modes, &p, &vec![1.0; closed.len()]).ok_or(inconsistent.clone())?.p
