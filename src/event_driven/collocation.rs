@@ -109,5 +109,5 @@ pub(super) fn step<S: MechanicalSystem<f64, D>, const D: usize>(
         totals,
         rates,
     };
-    Ok(Tried::Accepted(Box::new(piece), factor.clamp(0.5, 4.0)))
+    Ok(Tried::Accepted(Box::new(piece), factor.clamp(0.5, 30.0)))
 }

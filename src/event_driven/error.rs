@@ -76,8 +76,11 @@ pub enum EventFailure {
     /// A cone problem was not solved.
     #[error("cone problem: {0}")]
     Solver(SolveError),
-    /// The closed contacts have no forces and no percussions consistent with their modes.
-    #[error("no forces and no percussions of the {contacts} closed contacts keep them closed (Painlevé)")]
+    /// The closed contacts have no forces and no percussions consistent with their modes: Painlevé's paradox, or an impact
+    /// of contacts that wedge one another, whose law no velocity satisfies.
+    #[error(
+        "no forces and no percussions of the {contacts} closed contacts satisfy their laws (Painlevé, or a wedge)"
+    )]
     Inconsistent {
         /// Number of closed contacts.
         contacts: usize,

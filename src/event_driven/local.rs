@@ -7,6 +7,8 @@
 
 use nalgebra::{DMatrix, DVector, SVector};
 
+use super::complementarity::lemke;
+use super::least_norm::LeastNorm;
 use super::{EventFailure, Mode};
 use crate::cone::{BlockMatrix, ConeProblem};
 use crate::solver::ConeSolver;
@@ -19,11 +21,14 @@ pub(super) struct Local<const D: usize> {
     pub(super) friction: Vec<f64>,
 }
 
-/// Singular values below this share of the largest are those of redundant contacts.
+/// Directions in which W is below this share of its largest are those of redundant contacts.
 const REDUNDANT: f64 = 1e-12;
 
 /// How far a mode may miss its inequality, relative to the terms of its row: rounding of W and b.
 const CONSISTENT: f64 = 1e-11;
+
+/// Forces nearer to the edge of their cone than this share of them are as good as outside: they soon are.
+const MARGIN: f64 = 1e-6;
 
 /// How far it may where nothing better is found: some tolerances of solvers.
 const TOLERABLE: f64 = 1e-8;
@@ -95,14 +100,13 @@ impl<const D: usize> Local<D> {
         let start = DVector::from_fn(n, |c, _| from[rows[c].0][rows[c].1]);
         let scale = DVector::from_fn(n, |c, _| weights[rows[c].0].sqrt());
         let scaled = DMatrix::from_fn(n, n, |r, c| a[(r, c)] * scale[c]);
-        let svd = scaled.svd(true, true);
-        let threshold = REDUNDANT * svd.singular_values.max();
-        let redundant = svd.singular_values.min() <= threshold;
+        let decomposed = LeastNorm::new(scaled, REDUNDANT);
+        let redundant = decomposed.redundant();
         let mut x = start;
         // The second pass takes the rounding of the first away.
         for _ in 0..2 {
             let left = DVector::from_fn(n, |r, _| -self.b[rows[r].0 * D + rows[r].1]) - &a * &x;
-            x += svd.solve(&left, threshold).ok()?.component_mul(&scale);
+            x += decomposed.solve(left)?.component_mul(&scale);
         }
         for (&(i, d), &x) in rows.iter().zip(&x) {
             p[i][d] = x;
@@ -129,25 +133,30 @@ impl<const D: usize> Local<D> {
         self.with_modes(modes, from, &normal.iter().map(weight).collect::<Vec<f64>>())
     }
 
-    /// Whether the sharing without reference of redundant contacts leaves the cone of one that sticks.
+    /// Whether the sharing without reference of redundant contacts leaves the cone of one that sticks, or is about to.
     pub(super) fn shares_badly(&self, modes: &[Mode]) -> bool {
         let zeros = vec![SVector::zeros(); modes.len()];
         let Some(WithModes { p, redundant: true }) = self.shared(modes, &zeros) else { return false };
+        self.outside(modes, &p) > -MARGIN
+    }
+
+    /// Whether the sharing near `reference` stays in the cones.
+    pub(super) fn holds(&self, modes: &[Mode], reference: &[SVector<f64, D>]) -> bool {
+        self.shared(modes, reference).is_some_and(|found| self.outside(modes, &found.p) <= CONSISTENT)
+    }
+
+    /// How far the forces leave their cones, in shares of the largest; negative inside.
+    fn outside(&self, modes: &[Mode], p: &[SVector<f64, D>]) -> f64 {
         let size = p.iter().map(|p| p.amax()).fold(0.0, f64::max);
-        let outside = |(i, p): (usize, &SVector<f64, D>)| {
-            let over = if modes[i] == Mode::Stick { p[D - 1].abs() - self.friction[i] * p[0] } else { 0.0 };
-            over.max(-p[0]) > CONSISTENT * size
+        let over = |(i, p): (usize, &SVector<f64, D>)| {
+            let over = if modes[i] == Mode::Stick { p[D - 1].abs() - self.friction[i] * p[0] } else { -p[0] };
+            over.max(-p[0])
         };
-        p.iter().enumerate().any(outside)
+        p.iter().enumerate().map(over).fold(f64::NEG_INFINITY, f64::max) / size
     }
 
     /// The forces furthest inside the cones of the contacts that stick: those that the least friction sustains, by bisection.
-    pub(super) fn inmost<V: ConeSolver<f64, D>>(
-        &self,
-        solver: &mut V,
-        slip: &[Option<f64>],
-        modes: &[Mode],
-    ) -> Option<Vec<SVector<f64, D>>> {
+    pub(super) fn inmost(&self, slip: &[Option<f64>], modes: &[Mode]) -> Option<Vec<SVector<f64, D>>> {
         let size = self.b.amax();
         let (mut low, mut high, mut best) = (0.0, 1.0, None);
         for trial in 0..12 {
@@ -163,7 +172,7 @@ impl<const D: usize> Local<D> {
                 };
                 self.shifted(p).iter().zip(modes).all(still)
             };
-            match eased.solve(solver, slip).ok().flatten().map(|(p, _)| p).filter(holds) {
+            match eased.vertex(slip, slip).map(|(p, _)| p).filter(holds) {
                 Some(p) => (high, best) = (share, Some(p)),
                 None => low = share,
             }
@@ -211,16 +220,105 @@ impl<const D: usize> Local<D> {
             let problem = ConeProblem::new(BlockMatrix::from_fn(m, block), b, self.friction.clone())
                 .map_err(|source| EventFailure::Solver(source.into()))?;
             let mut p = zero.clone();
-            solver.solve(&problem, &zero, &mut p).map_err(EventFailure::Solver)?;
+            if solver.solve(&problem, &zero, &mut p).is_err() {
+                let found = self.vertex(&kept, slip);
+                // Slips that were cut, and kept, may have to stop.
+                if found.is_none() && kept != slip && far <= 1e10 * size {
+                    far *= 10.0;
+                    continue;
+                }
+                return Ok(found);
+            }
             let modes: Vec<Mode> = (0..m).map(|i| self.mode(i, &p[i], size)).collect();
             let turned =
                 |i: usize| kept[i].is_some_and(|s| modes[i] != Mode::Open && modes[i] != Mode::Slide(s));
             if !(0..m).any(turned) {
-                return Ok(self.refine(&p, modes, slip));
+                return Ok(self.refine(&p, modes, slip).or_else(|| self.vertex(&kept, slip)));
             }
             far *= 10.0;
         }
         Ok(None)
+    }
+
+    /// The solution as a vertex of the linear complementarity problem, contact i with `kept[i]` sliding that way.
+    fn vertex(&self, kept: &[Option<f64>], slip: &[Option<f64>]) -> Option<Solved<D>> {
+        let m = self.contacts();
+        let free = |i: usize| self.rubs(i) && kept[i].is_none();
+        let used =
+            |i: usize| self.b[i * D].abs().max(if free(i) { self.b[i * D + D - 1].abs() } else { 0.0 });
+        let size = (0..m).map(used).fold(0.0, f64::max);
+        let mobility = (0..m * D).map(|k| self.w[(k, k)]).fold(0.0, f64::max);
+        if !(size > 0.0 && mobility > 0.0) {
+            return None;
+        }
+        // Unknown k is p_N with its p_T where that is given, or β₊, β₋; λ has no column in w = W p + b.
+        let mut unknowns: Vec<Vec<(usize, f64)>> = Vec::new();
+        let mut rows: Vec<(Option<(usize, f64)>, usize)> = Vec::new();
+        let mut first = Vec::with_capacity(m);
+        for (i, direction) in kept.iter().enumerate() {
+            first.push(unknowns.len());
+            let (normal, tangent) = (i * D, i * D + D - 1);
+            rows.push((Some((normal, 1.0)), i));
+            match (self.rubs(i), *direction) {
+                (true, None) => {
+                    unknowns.extend([
+                        vec![(normal, 1.0)],
+                        vec![(tangent, 1.0)],
+                        vec![(tangent, -1.0)],
+                        vec![],
+                    ]);
+                    rows.extend([(Some((tangent, 1.0)), i), (Some((tangent, -1.0)), i), (None, i)]);
+                }
+                (true, Some(s)) => unknowns.push(vec![(normal, 1.0), (tangent, -self.friction[i] * s)]),
+                (false, _) => unknowns.push(vec![(normal, 1.0)]),
+            }
+        }
+        let n = unknowns.len();
+        let matrix = DMatrix::from_fn(n, n, |r, c| match rows[r] {
+            (Some((k, sign)), i) => {
+                let slack = if c == first[i] + 3 && r != first[i] && k == i * D + D - 1 { 1.0 } else { 0.0 };
+                slack + unknowns[c].iter().map(|&(l, x)| sign * self.w[(k, l)] * x).sum::<f64>() / mobility
+            }
+            (None, i) if c == first[i] => self.friction[i],
+            (None, i) if c == first[i] + 1 || c == first[i] + 2 => -1.0,
+            (None, _) => 0.0,
+        });
+        let q = DVector::from_fn(n, |r, _| rows[r].0.map_or(0.0, |(k, sign)| sign * self.b[k] / size));
+        let z = lemke(&matrix, &q)?;
+        let mut p = vec![SVector::<f64, D>::zeros(); m];
+        for (unknown, z) in unknowns.iter().zip(&z) {
+            unknown.iter().for_each(|&(k, x)| p[k / D][k % D] += x * z * size / mobility);
+        }
+        let modes = (0..m).map(|i| self.mode(i, &p[i], size)).collect();
+        self.refine(&p, modes, slip)
+    }
+
+    /// Modes that leave the forces of redundant contacts free: a contact at the edge of its cone that is not going to slip,
+    /// where the solution could as well have another force, sticks.
+    pub(super) fn freest(&self, p: &[SVector<f64, D>], modes: Vec<Mode>, slip: &[Option<f64>]) -> Vec<Mode> {
+        let w = self.shifted(p);
+        let rounding = 64.0 * f64::EPSILON * self.b.amax();
+        let still = |i: usize| {
+            let slides = matches!(modes[i], Mode::Slide(_)) && self.rubs(i) && slip[i].is_none();
+            slides && w[i][D - 1].abs() <= rounding + CONSISTENT * self.terms(i * D + D - 1, p)
+        };
+        let free: Vec<Mode> =
+            (0..modes.len()).map(|i| if still(i) { Mode::Stick } else { modes[i] }).collect();
+        if free == modes {
+            return modes;
+        }
+        match self.with_modes(&free, p, &vec![1.0; free.len()]) {
+            Some(WithModes { redundant: true, .. }) => free,
+            _ => modes,
+        }
+    }
+
+    /// |b_r| + Σ |W_rs p_s|, the size of the terms of w_r.
+    fn terms(&self, row: usize, p: &[SVector<f64, D>]) -> f64 {
+        let term = |(j, p): (usize, &SVector<f64, D>)| {
+            (0..D).map(|e| (self.w[(row, j * D + e)] * p[e]).abs()).sum::<f64>()
+        };
+        self.b[row].abs() + p.iter().enumerate().map(term).sum::<f64>()
     }
 
     fn diagonal(&self, i: usize, d: usize) -> f64 {
@@ -270,13 +368,7 @@ impl<const D: usize> Local<D> {
     ) -> Option<(Vec<SVector<f64, D>>, Option<(usize, Mode)>)> {
         let exact = self.with_modes(modes, p, &vec![1.0; modes.len()])?.p;
         let w = self.shifted(&exact);
-        let size = |i: usize, d: usize| {
-            let row = i * D + d;
-            let term = |(j, p): (usize, &SVector<f64, D>)| {
-                (0..D).map(|e| (self.w[(row, j * D + e)] * p[e]).abs()).sum::<f64>()
-            };
-            self.b[row].abs() + exact.iter().enumerate().map(term).sum::<f64>()
-        };
+        let size = |i: usize, d: usize| self.terms(i * D + d, &exact);
         // b itself is a difference of larger numbers.
         let rounding = 64.0 * f64::EPSILON * self.b.amax();
         let (mut worst, mut flip) = (tolerance, None);

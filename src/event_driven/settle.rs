@@ -2,9 +2,9 @@
 
 use nalgebra::{DVector, SVector};
 
-use super::dynamics::Held;
+use super::dynamics::{Held, references};
 use super::integrate::Integrator;
-use super::local::Local;
+use super::local::{Local, Solved};
 use super::{ContactImpact, EventFailure, ImpactEvent, Mode, ModeChange};
 use crate::contact::ContactId;
 use crate::laws::ContactLaw;
@@ -17,6 +17,11 @@ const THETA: f64 = 0.5;
 
 /// Most events at one time that are neither impacts nor progress.
 const MOST_AT_ONCE: usize = 14;
+
+/// (N, T).
+fn pair<const D: usize>(x: &SVector<f64, D>) -> [f64; 2] {
+    [x[0], if D == 2 { x[D - 1] } else { 0.0 }]
+}
 
 impl<S, L, V, const D: usize> Integrator<'_, S, L, V, D>
 where
@@ -68,15 +73,22 @@ where
                 .iter()
                 .map(|u| (D == 2 && u[D - 1].abs() > 10.0 * tolerance).then(|| u[D - 1].signum()))
                 .collect();
-            let Some(modes) = self.modes(&held, &slip)? else {
+            let Some((forces, modes)) = self.modes(&held, &slip)? else {
                 let u = self.velocities(&closed);
                 self.impact(&closed, &u, true)?;
                 continue;
             };
             held.iter_mut().zip(modes).for_each(|(held, mode)| held.mode = mode);
+            held.iter_mut().zip(&forces).for_each(|(held, p)| held.reference = pair(p));
             // A contact that opens, but approaches by rounding, does not approach.
             let approaching = held.iter().zip(&u).filter(|(held, u)| held.mode != Mode::Open || u[0] < 0.0);
-            let corrected: Vec<Held> = approaching.map(|(&held, _)| held).collect();
+            // One that begins to slide, but slips the other way by rounding, does not slip yet.
+            let corrected = approaching.map(|(&held, u)| {
+                let against =
+                    matches!(held.mode, Mode::Slide(s) if held.friction > 0.0 && s * u[D - 1] < 0.0);
+                if against { Held { mode: Mode::Stick, ..held } } else { held }
+            });
+            let corrected: Vec<Held> = corrected.collect();
             let (mut held, slip): (Vec<Held>, Vec<Option<f64>>) =
                 held.into_iter().zip(slip).filter(|(held, _)| held.mode != Mode::Open).unzip();
             self.share(&mut held, &slip)?;
@@ -118,7 +130,11 @@ where
         let inconsistent = EventFailure::Inconsistent { contacts: closed.len() };
         let p = if without_collision {
             let exact = local.b.clone();
-            (0..closed.len()).for_each(|i| local.b[i * D] -= 1e-6 * self.speed);
+            // The approach that the forces make in a short time is one that bodies which wedge each other can have.
+            let (free, ..) = self.dynamics.contact_accelerations(self.time, &self.q, &self.v, closed)?;
+            let least = (0..closed.len()).map(|i| free.b[i * D]).fold(0.0, f64::min);
+            let time = if least < 0.0 { 1e-6 * self.speed / -least } else { 0.0 };
+            local.b.axpy(time, &free.b, 1.0);
             let Some((p, modes)) = local.solve(&mut self.solver, &slip)? else { return Err(inconsistent) };
             local.b = exact;
             local.with_modes(&modes, &p, &vec![1.0; closed.len()]).ok_or(inconsistent.clone())?.p
@@ -131,7 +147,6 @@ where
         let flat = DVector::from_iterator(p.len() * D, p.iter().flat_map(|p| p.iter().copied()));
         axpy(&mut self.v, 1.0, (&frame.inverse * flat).as_slice());
         let after = self.velocities(closed);
-        let pair = |x: &SVector<f64, D>| [x[0], if D == 2 { x[D - 1] } else { 0.0 }];
         let mut contacts = Vec::with_capacity(closed.len());
         for (i, held) in closed.iter().enumerate() {
             let [before, after, percussion] = [&before[i], &after[i], &p[i]].map(pair);
@@ -166,11 +181,11 @@ where
         Ok(after.iter().enumerate().map(flight).fold(f64::INFINITY, f64::min))
     }
 
-    /// The modes of contacts with u_N = 0 right after now, from the accelerations a little later: at an event they are
-    /// undecided now. `None` in Painlevé's paradox.
-    fn modes(&mut self, touching: &[Held], slip: &[Option<f64>]) -> Result<Option<Vec<Mode>>, EventFailure> {
+    /// The modes of contacts with u_N = 0 right after now, and forces, from the accelerations a little later: at an event
+    /// they are undecided now. `None` in Painlevé's paradox.
+    fn modes(&mut self, touching: &[Held], slip: &[Option<f64>]) -> Result<Option<Solved<D>>, EventFailure> {
         if touching.is_empty() {
-            return Ok(Some(Vec::new()));
+            return Ok(Some((Vec::new(), Vec::new())));
         }
         let (mut q, mut v) = (self.q.clone(), self.v.clone());
         let (local, frame, free) = self.dynamics.contact_accelerations(self.time, &q, &v, touching)?;
@@ -185,22 +200,32 @@ where
         axpy(&mut q, 0.5 * ahead * ahead, a.as_slice());
         axpy(&mut v, ahead, a.as_slice());
         let (local, ..) = self.dynamics.contact_accelerations(self.time + ahead, &q, &v, touching)?;
-        Ok(local.solve(&mut self.solver, slip)?.map(|(_, modes)| modes))
+        local.solve(&mut self.solver, slip)
     }
 
-    /// Gives redundant contacts forces to stay near where their simple sharing would make one slide that need not.
+    /// Gives redundant contacts forces to stay near where their simple sharing would make one slide that need not: those
+    /// furthest inside their cones, or, where none are found, those they have been given with their modes. A contact that
+    /// slides no faster than it sticks, its force at the edge of the cone being one of many, may keep the others from theirs.
     fn share(&mut self, held: &mut [Held], slip: &[Option<f64>]) -> Result<(), EventFailure> {
+        let free = |held: &mut [Held]| held.iter_mut().for_each(|held| held.reference = [0.0; 2]);
         if !held.iter().any(|held| held.mode == Mode::Stick) {
+            free(held);
             return Ok(());
         }
         let (local, ..) = self.dynamics.contact_accelerations(self.time, &self.q, &self.v, held)?;
         let modes: Vec<Mode> = held.iter().map(|held| held.mode).collect();
-        if local.shares_badly(&modes)
-            && let Some(forces) = local.inmost(&mut self.solver, slip, &modes)
-        {
-            let pair = |p: &SVector<f64, D>| [p[0], if D == 2 { p[D - 1] } else { 0.0 }];
-            held.iter_mut().zip(&forces).for_each(|(held, p)| held.reference = pair(p));
+        if !local.shares_badly(&modes) {
+            free(held);
+            return Ok(());
         }
+        let given = references(held);
+        let mut forces = local.inmost(slip, &modes).unwrap_or_else(|| given.clone());
+        if !local.holds(&modes, &forces) {
+            let free = local.freest(&given, modes, slip);
+            held.iter_mut().zip(&free).for_each(|(held, mode)| held.mode = *mode);
+            forces = local.inmost(slip, &free).unwrap_or(given);
+        }
+        held.iter_mut().zip(&forces).for_each(|(held, p)| held.reference = pair(p));
         Ok(())
     }
 
