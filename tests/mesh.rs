@@ -166,3 +166,12 @@ fn rectangles_are_filled_with_good_triangles() {
         assert!(rectangle(1.0, 1.0, bad, Pattern::Structured).is_err() || bad == f64::INFINITY, "{bad}");
     }
 }
+
+#[test]
+fn a_side_too_short_for_the_elements_is_refused() {
+    let refused = rectangle(1e-308, 25.0, 8.0, Pattern::Quality);
+    assert!(
+        matches!(refused, Err(MeshError::OutOfRange { what: "the number of elements", .. })),
+        "{refused:?}"
+    );
+}

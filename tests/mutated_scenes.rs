@@ -35,7 +35,7 @@ const NUMBERS: [&str; 12] =
 const STEPS: usize = 5;
 
 /// Most unknowns of a scene that is stepped: damage may make a mesh that is fine and large.
-const MOST_UNKNOWNS: usize = 10_000;
+const MOST_UNKNOWNS: usize = 1_000;
 
 #[derive(Debug, Clone)]
 enum Damage {

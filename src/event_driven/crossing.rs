@@ -15,7 +15,7 @@ const DEGREE: usize = 16;
 const FINEST: f64 = 1e-12;
 
 /// Most intervals looked at in one search.
-const MOST_INTERVALS: usize = 100_000;
+const MOST_INTERVALS: usize = 20_000;
 
 /// Functions of time, evaluated together.
 pub(super) trait Functions {

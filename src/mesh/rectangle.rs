@@ -72,7 +72,14 @@ fn quality([width, height]: [f64; 2], [nx, ny]: [usize; 2]) -> Result<Parts, Mes
     positions.extend((0..ny).map(|j| [0.0, on_side(ny - j, ny, height)]));
     let spacing = (width / nx as f64).min(height / ny as f64);
     // Rows of an equilateral lattice, stretched to fit the height.
-    let rows = (height / (spacing * 0.75_f64.sqrt())).round().max(1.0) as usize;
+    let rows = (height / (spacing * 0.75_f64.sqrt())).round().max(1.0);
+    // A side much shorter than the size of the elements makes the lattice as fine as itself.
+    let nodes = rows * (width / spacing);
+    if !(nodes <= LARGEST as f64 / 4.0) {
+        let (what, range) = ("the number of elements", "at most 10⁷: choose a size below the shorter side");
+        return Err(MeshError::OutOfRange { what, value: 2.0 * nodes, range });
+    }
+    let rows = rows as usize;
     for row in 1..rows {
         let y = on_side(row, rows, height);
         let shift = if row % 2 == 1 { 0.5 } else { 0.0 };
