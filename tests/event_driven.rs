@@ -447,4 +447,9 @@ fn what_it_cannot_do_is_refused_and_what_was_done_is_kept() {
     let motion = error.motion.expect("the motion so far");
     assert!(motion.impacts().len() >= 10 && motion.end() == error.time);
     balances(&motion);
+    // Nor is more kept of a motion than the steps allowed.
+    let settings = Settings { max_steps: 3, ..Settings::default() };
+    let (text, error) = ball(1.0, &q, &v, 1000.0, settings).expect_err("more than three steps");
+    assert!(matches!(error.failure, EventFailure::TooManySteps { limit: 3, .. }), "{text}");
+    assert!(error.motion.is_some_and(|motion| motion.end() == error.time));
 }

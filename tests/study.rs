@@ -427,7 +427,7 @@ fn a_reference_that_does_not_know_the_motion_says_what_it_knows() {
 
 #[test]
 fn two_studies_do_not_write_into_one_folder() {
-    let bench = Bench::new("bouncing_ball", "[[runs]]\nh = { from = 1e-2, to = 1e-3, per_decade = 4 }\n");
+    let bench = Bench::new("bouncing_ball", "[[runs]]\nh = [1e-2, 1e-3]\n");
     let Ok(Study::Scene(study)) = Study::read(&bench.study()) else { panic!("a study") };
     let never = AtomicBool::new(false);
     let mut second = None;

@@ -354,10 +354,6 @@ fn increments<T: Scalar>(from: &[T], to: &[T], [a_from, a_to]: &[Vec<T>; 2]) -> 
 
 /// Ratio of two lengths of steps, 1 where it is far from that.
 fn growth<T: Scalar>(from: T, to: T) -> T {
-    if from == to {
-        // All but every step, and a division saved.
-        return T::one();
-    }
     let ratio = to / from;
     if ratio <= lit(MOST_GROWTH) && ratio >= lit(1.0 / MOST_GROWTH) { ratio } else { T::one() }
 }
