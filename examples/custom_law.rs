@@ -14,7 +14,7 @@
 use std::ops::RangeInclusive;
 
 use nalgebra::SVector;
-use nonsmooth::laws::{ContactLaw, Evaluation, Scalar};
+use nonsmooth::laws::{Approach, ContactLaw, Response, Scalar};
 use nonsmooth::scheme::{Settings, ThetaScheme};
 use nonsmooth::solver::{self, Stopping};
 use nonsmooth::suite::{Suite, check_law};
@@ -34,23 +34,27 @@ impl<T: Scalar, const D: usize> ContactLaw<T, D> for SpeedDependent<T> {
         "speed-dependent"
     }
 
-    fn friction(&self) -> T {
-        self.friction
-    }
-
-    fn evaluate(&self, before: &SVector<T, D>, theta: T) -> Evaluation<T, D> {
-        let mut shift = SVector::zeros();
-        if before[0] <= T::zero() {
-            let restitution = self.half_speed / (self.half_speed - before[0]);
-            shift[0] = (theta * (T::one() + restitution) - T::one()) * before[0];
+    fn respond(&self, at: &Approach<T, D>) -> Response<T, D> {
+        if at.lasting {
+            return Response::lasting(at, self.friction);
         }
-        Evaluation { gamma: theta, shift }
+        let mut shift = SVector::zeros();
+        if at.before[0] <= T::zero() {
+            let restitution = self.half_speed / (self.half_speed - at.before[0]);
+            shift[0] = (at.theta * (T::one() + restitution) - T::one()) * at.before[0];
+        }
+        Response::new(at.theta, shift, self.friction)
     }
 
     // e reaches 1 at rest, so of the interval [½, 1/(1+e)] only θ = ½ is left for every state.
     fn dissipative_theta(&self) -> Option<RangeInclusive<T>> {
         let half = nalgebra::convert(0.5);
         Some(half..=half)
+    }
+
+    // Contacts that last have no restitution to lose.
+    fn lasting_theta(&self) -> Option<RangeInclusive<T>> {
+        Some(nalgebra::convert(0.5)..=T::one())
     }
 }
 

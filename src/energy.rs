@@ -56,6 +56,8 @@ pub struct Balance<T> {
     pub normal_contact_work: T,
     /// Σ_α u_{T,k+θ}·p_T.
     pub tangential_contact_work: T,
+    /// −F·Δq of the motion that opens overlaps of lasting contacts: potential energy given back, beside (56).
+    pub position_work: T,
     /// What (56) leaves over.
     pub imbalance: T,
 }
@@ -72,6 +74,7 @@ impl<T: Scalar> Default for Balance<T> {
             numerical_dissipation: zero,
             normal_contact_work: zero,
             tangential_contact_work: zero,
+            position_work: zero,
             imbalance: zero,
         }
     }
@@ -95,6 +98,7 @@ impl<T: Scalar> Balance<T> {
         self.numerical_dissipation += step.numerical_dissipation;
         self.normal_contact_work += step.normal_contact_work;
         self.tangential_contact_work += step.tangential_contact_work;
+        self.position_work += step.position_work;
         self.imbalance += step.imbalance;
     }
 }

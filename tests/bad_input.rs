@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, SMatrix, SVector};
 use nonsmooth::cone::{BlockMatrix, ConeProblem, ProblemError};
-use nonsmooth::laws::{self, ContactLaw, Evaluation, Fremond, LawError, NewtonCoulomb};
+use nonsmooth::laws::{self, Approach, ContactLaw, Fremond, LawError, NewtonCoulomb, Response};
 use nonsmooth::linalg::{FactorError, OperatorError, Symmetric};
 use nonsmooth::scheme::{Activation, Settings, SetupError, StepError, ThetaScheme};
 use nonsmooth::solver::{self, ConeSolver, SOLVERS, SolveError, Stopping, StoppingError, UnknownSolver};
@@ -370,14 +370,9 @@ impl ContactLaw<f64, 2> for Any {
     fn name(&self) -> &str {
         "any"
     }
-    fn friction(&self) -> f64 {
-        self.friction
-    }
-    fn evaluate(&self, before: &Local, _theta: f64) -> Evaluation<f64, 2> {
-        Evaluation {
-            gamma: self.gamma,
-            shift: if before[0] < 0.0 { Local::new(self.shift, 0.0) } else { Local::zeros() },
-        }
+    fn respond(&self, at: &Approach<f64, 2>) -> Response<f64, 2> {
+        let shift = if at.before[0] < 0.0 { Local::new(self.shift, 0.0) } else { Local::zeros() };
+        Response::new(self.gamma, shift, self.friction)
     }
 }
 

@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use nalgebra::SVector;
 
-use crate::{ContactLaw, Description, Evaluation, FRICTION, LawError, LawFamily, RESTITUTION, Scalar};
+use crate::{Approach, ContactLaw, Description, FRICTION, LawError, LawFamily, RESTITUTION, Response, Scalar};
 
 /// Frémond law: −Θ(u_{k+θ}) ∈ N_K(p) with Θ(u) = u + ((θ(1+e) − 1) u_{N,k} + μ‖u_T‖, 0, 0)   (64).
 ///
@@ -54,19 +54,26 @@ impl<T: Scalar, const D: usize> ContactLaw<T, D> for Fremond<T> {
         Self::DESCRIPTION.name
     }
 
-    fn friction(&self) -> T {
-        self.friction
+    fn respond(&self, at: &Approach<T, D>) -> Response<T, D> {
+        if at.lasting {
+            return Response::lasting(at, self.friction);
+        }
+        let mut shift = SVector::zeros();
+        if at.before[0] <= T::zero() {
+            shift[0] = (at.theta * (T::one() + self.restitution) - T::one()) * at.before[0];
+        }
+        Response::new(at.theta, shift, self.friction)
     }
 
-    fn evaluate(&self, before: &SVector<T, D>, theta: T) -> Evaluation<T, D> {
-        let mut shift = SVector::zeros();
-        if before[0] <= T::zero() {
-            shift[0] = (theta * (T::one() + self.restitution) - T::one()) * before[0];
-        }
-        Evaluation { gamma: theta, shift }
+    fn rubs(&self) -> bool {
+        self.friction > T::zero()
     }
 
     fn dissipative_theta(&self) -> Option<RangeInclusive<T>> {
         Some(nalgebra::convert(0.5)..=(T::one() / (T::one() + self.restitution)))
+    }
+
+    fn lasting_theta(&self) -> Option<RangeInclusive<T>> {
+        Some(nalgebra::convert(0.5)..=T::one())
     }
 }

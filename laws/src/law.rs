@@ -9,18 +9,76 @@ use nalgebra::{RealField, SVector};
 pub trait Scalar: RealField + Copy + num_traits::ToPrimitive {}
 impl<T: RealField + Copy + num_traits::ToPrimitive> Scalar for T {}
 
-/// Where a law writes the Coulomb inclusion: û = γ u_{k+1} + (1−γ) u_k + s.
+/// What a law is asked: a contact that enters a step.
+///
+/// Made by [`Approach::impact`] and [`Approach::with_gap`], so that it can grow without breaking the laws there are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Approach<T, const D: usize> {
+    /// Local velocity u_k at the start of the step, ordered (N, T1, T2) (m/s).
+    pub before: SVector<T, D>,
+    /// θ of the step, at this contact: bodies at rest may have one of their own.
+    pub theta: T,
+    /// Gap g(q_k) at the start of the step (m), negative where the bodies overlap; 0 at an instantaneous impact.
+    pub gap: T,
+    /// Length h of the step (s); 0 at an instantaneous impact.
+    pub step: T,
+    /// The contact carried a percussion in the last step and is slow, |u_{N,k}| of the order of what the forces make of
+    /// rest in one step: it lasts, and is no impact.
+    pub lasting: bool,
+}
+
+impl<T: Scalar, const D: usize> Approach<T, D> {
+    /// An impact that begins with local velocity `before`, under the θ-scheme.
+    pub fn impact(before: SVector<T, D>, theta: T) -> Self {
+        Self { before, theta, gap: T::zero(), step: T::zero(), lasting: false }
+    }
+
+    /// The same contact, with the gap it has at the start of a step of length `step`; `lasting` where it is no impact.
+    pub fn with_gap(self, gap: T, step: T, lasting: bool) -> Self {
+        Self { gap, step, lasting, ..self }
+    }
+}
+
+/// What a law answers: where it writes the Coulomb inclusion, û = γ u_{k+1} + (1−γ) u_k + s, and in which cone.
 ///
 /// γ is one number per contact: a component-wise weight would change the aperture of the cone.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Evaluation<T, const D: usize> {
+#[non_exhaustive]
+pub struct Response<T, const D: usize> {
     /// Weight γ > 0 of the velocity at the end of the step (dimensionless).
     pub gamma: T,
     /// Shift s, a velocity in the local frame (N, T1, T2).
     pub shift: SVector<T, D>,
+    /// Coefficient of friction μ ≥ 0 (dimensionless) of the cone K = {‖r_T‖ ≤ μ r_N}.
+    pub friction: T,
 }
 
-impl<T: Scalar, const D: usize> Evaluation<T, D> {
+impl<T: Scalar, const D: usize> Response<T, D> {
+    /// The inclusion at û = γ u_{k+1} + (1−γ) u_k + s, in the cone of friction μ.
+    pub fn new(gamma: T, shift: SVector<T, D>, friction: T) -> Self {
+        Self { gamma, shift, friction }
+    }
+
+    /// The answer to a contact that lasts: û = u_{k+θ} + (2θ−1) (g⁺/h) e_N, g⁺ = max(g, 0).
+    ///
+    /// In the terms of an impact law it is the restitution e* = (1−θ)/θ of all components, and no e: the contact work is
+    ///
+    /// ```text
+    ///   u_{k+θ}·p = −μ‖û_T‖ p_N − (2θ−1) (g⁺/h) p_N ≤ 0
+    /// ```
+    ///
+    /// for every θ ∈ [½, 1], every gap, every u_k, and so for any active set. A closed contact keeps its gap,
+    /// h u_{N,k+θ} ≥ 0, where an impact law with e < e* would let it sink by h u_{N,k} (e* − e) θ; an open one closes, all of
+    /// it in one step at θ = 1, none at θ = ½, where a contact that is pulled shut bounces.
+    pub fn lasting(at: &Approach<T, D>, friction: T) -> Self {
+        let mut shift = SVector::zeros();
+        if at.gap > T::zero() && at.step > T::zero() {
+            shift[0] = (at.theta + at.theta - T::one()) * (at.gap / at.step);
+        }
+        Self { gamma: at.theta, shift, friction }
+    }
+
     /// The velocity û = γ u_{k+1} + (1−γ) u_k + s at which the inclusion is written.
     pub fn velocity(&self, before: &SVector<T, D>, after: &SVector<T, D>) -> SVector<T, D> {
         after * self.gamma + before * (T::one() - self.gamma) + self.shift
@@ -42,7 +100,7 @@ impl<T: Scalar, const D: usize> Evaluation<T, D> {
 ///
 /// ```
 /// use nalgebra::SVector;
-/// use nonsmooth_laws::{ContactLaw, Evaluation, Scalar};
+/// use nonsmooth_laws::{Approach, ContactLaw, Response, Scalar};
 /// use std::ops::RangeInclusive;
 ///
 /// #[derive(Debug)]
@@ -50,15 +108,20 @@ impl<T: Scalar, const D: usize> Evaluation<T, D> {
 ///
 /// impl<T: Scalar, const D: usize> ContactLaw<T, D> for Viscous<T> {
 ///     fn name(&self) -> &str { "viscous" }
-///     fn friction(&self) -> T { self.friction }
-///     fn evaluate(&self, before: &SVector<T, D>, theta: T) -> Evaluation<T, D> {
-///         let closing = -before[0];
+///     fn respond(&self, at: &Approach<T, D>) -> Response<T, D> {
+///         if at.lasting {
+///             return Response::lasting(at, self.friction);
+///         }
+///         let closing = -at.before[0];
 ///         let mut shift = SVector::zeros();
 ///         if closing >= T::zero() {
 ///             let e = self.speed / (self.speed + closing);
-///             shift[0] = (theta * (T::one() + e) - T::one()) * before[0];
+///             shift[0] = (at.theta * (T::one() + e) - T::one()) * at.before[0];
 ///         }
-///         Evaluation { gamma: theta, shift }
+///         Response::new(at.theta, shift, self.friction)
+///     }
+///     fn lasting_theta(&self) -> Option<RangeInclusive<T>> {
+///         Some(nalgebra::convert(0.5)..=T::one())
 ///     }
 ///     fn dissipative_theta(&self) -> Option<RangeInclusive<T>> {
 ///         let half = nalgebra::convert(0.5);
@@ -70,12 +133,17 @@ pub trait ContactLaw<T: Scalar, const D: usize>: Debug + Send + Sync {
     /// The name errors and outputs call the law by.
     fn name(&self) -> &str;
 
-    /// Coefficient of friction μ ≥ 0 (dimensionless) of the cone K = {‖r_T‖ ≤ μ r_N}.
-    fn friction(&self) -> T;
+    /// The evaluation point and the cone for a contact that enters a step as `at` tells. Must be positively homogeneous in
+    /// u_k only if the law is; γ must be positive, μ ≥ 0.
+    ///
+    /// A contact that [lasts](Approach::lasting) is no impact: [`Response::lasting`] is the answer that neither sinks nor
+    /// gains energy. A law may say otherwise.
+    fn respond(&self, at: &Approach<T, D>) -> Response<T, D>;
 
-    /// The evaluation point for a contact that enters the step with local velocity `before` (u_k), under the
-    /// θ-scheme. Must be positively homogeneous in `before` only if the law is; γ must be positive.
-    fn evaluate(&self, before: &SVector<T, D>, theta: T) -> Evaluation<T, D>;
+    /// Whether the law ever answers with friction; without, a scene needs no tangents.
+    fn rubs(&self) -> bool {
+        true
+    }
 
     /// The interval of θ in which contact work and numerical dissipation are both proved non-positive for any
     /// state, or `None` where no such interval exists. A claim is tested by the property suite, and a law that
@@ -83,19 +151,28 @@ pub trait ContactLaw<T: Scalar, const D: usize>: Debug + Send + Sync {
     fn dissipative_theta(&self) -> Option<RangeInclusive<T>> {
         None
     }
+
+    /// The interval of θ in which the same is proved of contacts that [last](Approach::lasting); by default that of all
+    /// contacts. Islands at rest take a θ of their own where every law in them claims it.
+    fn lasting_theta(&self) -> Option<RangeInclusive<T>> {
+        self.dissipative_theta()
+    }
 }
 
 impl<T: Scalar, const D: usize, L: ContactLaw<T, D> + ?Sized> ContactLaw<T, D> for Box<L> {
     fn name(&self) -> &str {
         (**self).name()
     }
-    fn friction(&self) -> T {
-        (**self).friction()
+    fn respond(&self, at: &Approach<T, D>) -> Response<T, D> {
+        (**self).respond(at)
     }
-    fn evaluate(&self, before: &SVector<T, D>, theta: T) -> Evaluation<T, D> {
-        (**self).evaluate(before, theta)
+    fn rubs(&self) -> bool {
+        (**self).rubs()
     }
     fn dissipative_theta(&self) -> Option<RangeInclusive<T>> {
         (**self).dissipative_theta()
+    }
+    fn lasting_theta(&self) -> Option<RangeInclusive<T>> {
+        (**self).lasting_theta()
     }
 }

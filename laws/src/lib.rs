@@ -7,6 +7,8 @@
 //!   û = γ u_{k+1} + (1 − γ) u_k + s,        −Φ(û) ∈ N_K(p),        Φ(w) = w + μ‖w_T‖ e_N
 //! ```
 //!
+//! A contact that lasts is no impact; a law says what it answers to one, and most say [`Response::lasting`].
+//!
 //! It sees neither the Delassus operator, nor the solver, nor the state. A new law is one file beside the ones
 //! here and one line in the `register!` call at the end of this page.
 
@@ -14,7 +16,7 @@ mod law;
 mod parameter;
 mod registry;
 
-pub use law::{ContactLaw, Evaluation, Scalar};
+pub use law::{Approach, ContactLaw, Response, Scalar};
 pub use parameter::{Description, FRICTION, LawError, LawFamily, Parameter, RESTITUTION};
 
 registry::register! {

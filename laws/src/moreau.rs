@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use nalgebra::SVector;
 
-use crate::{ContactLaw, Description, Evaluation, FRICTION, LawError, LawFamily, Parameter, Scalar};
+use crate::{Approach, ContactLaw, Description, FRICTION, LawError, LawFamily, Parameter, Response, Scalar};
 
 const DISSIPATION_INDEX: Parameter =
     Parameter {
@@ -52,16 +52,23 @@ impl<T: Scalar, const D: usize> ContactLaw<T, D> for MoreauAveraged<T> {
         Self::DESCRIPTION.name
     }
 
-    fn friction(&self) -> T {
-        self.friction
+    fn respond(&self, at: &Approach<T, D>) -> Response<T, D> {
+        if at.lasting {
+            return Response::lasting(at, self.friction);
+        }
+        Response::new(T::one() / (T::one() + self.restitution), SVector::zeros(), self.friction)
     }
 
-    fn evaluate(&self, _before: &SVector<T, D>, _theta: T) -> Evaluation<T, D> {
-        Evaluation { gamma: T::one() / (T::one() + self.restitution), shift: SVector::zeros() }
+    fn rubs(&self) -> bool {
+        self.friction > T::zero()
     }
 
     fn dissipative_theta(&self) -> Option<RangeInclusive<T>> {
         let theta = T::one() / (T::one() + self.restitution);
         Some(theta..=theta)
+    }
+
+    fn lasting_theta(&self) -> Option<RangeInclusive<T>> {
+        Some(nalgebra::convert(0.5)..=T::one())
     }
 }

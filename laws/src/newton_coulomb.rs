@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use nalgebra::SVector;
 
-use crate::{ContactLaw, Description, Evaluation, FRICTION, LawError, LawFamily, RESTITUTION, Scalar};
+use crate::{Approach, ContactLaw, Description, FRICTION, LawError, LawFamily, RESTITUTION, Response, Scalar};
 
 /// Newton–Coulomb law: −Γ(u_{k+1}) ∈ N_K(p) with Γ(u) = u + (e u_{N,k} + μ‖u_T‖, 0, 0)   (53).
 ///
@@ -47,17 +47,26 @@ impl<T: Scalar, const D: usize> ContactLaw<T, D> for NewtonCoulomb<T> {
         Self::DESCRIPTION.name
     }
 
-    fn friction(&self) -> T {
-        self.friction
+    fn respond(&self, at: &Approach<T, D>) -> Response<T, D> {
+        let mut shift = SVector::zeros();
+        if at.lasting {
+            // e* in place of e, and the tangent as ever: û = u⁺ + (e* u_N⁻ + (2θ−1) g⁺/(θh)) e_N.
+            shift[0] = Response::lasting(at, self.friction).b_shift(&at.before)[0];
+        } else {
+            shift[0] = self.restitution * at.before[0];
+        }
+        Response::new(T::one(), shift, self.friction)
     }
 
-    fn evaluate(&self, before: &SVector<T, D>, _theta: T) -> Evaluation<T, D> {
-        let mut shift = SVector::zeros();
-        shift[0] = self.restitution * before[0];
-        Evaluation { gamma: T::one(), shift }
+    fn rubs(&self) -> bool {
+        self.friction > T::zero()
     }
 
     fn dissipative_theta(&self) -> Option<RangeInclusive<T>> {
         (self.restitution == T::zero()).then(|| T::one()..=T::one())
+    }
+
+    fn lasting_theta(&self) -> Option<RangeInclusive<T>> {
+        Some(T::one()..=T::one())
     }
 }

@@ -118,6 +118,7 @@ where
         let start = scheme.state().time;
         let (least, first, largest) = settings.check(start)?;
         scheme.set_step(first)?;
+        scheme.without_lasting_contacts();
         let scales = scheme.scales();
         let closed = lit::<T>(CLOSED) * settings.tolerance * scales.length;
         let activation = scheme.settings().activation;

@@ -1,5 +1,9 @@
 //! Contacts as systems offer them: who may touch, how far apart, under which law.
 
+mod posing;
+
+pub use posing::{ImproperResponse, pose};
+
 use crate::scalar::Scalar;
 
 /// Identity of a candidate contact, stable from step to step, so that percussions warm-start the next step.

@@ -1,6 +1,7 @@
 //! Why a motion could not be integrated.
 
 use super::Motion;
+use crate::contact::ImproperResponse;
 use crate::linalg::FactorError;
 use crate::solver::{SolveError, StoppingError};
 
@@ -73,6 +74,9 @@ pub enum EventFailure {
         /// The energy (J).
         energy: f64,
     },
+    /// A law gives no cone problem.
+    #[error(transparent)]
+    Law(#[from] ImproperResponse),
     /// A cone problem was not solved.
     #[error("cone problem: {0}")]
     Solver(SolveError),

@@ -6,8 +6,8 @@ use super::dynamics::{Held, references};
 use super::integrate::Integrator;
 use super::local::{Local, Solved};
 use super::{ContactImpact, EventFailure, ImpactEvent, Mode, ModeChange};
-use crate::contact::ContactId;
-use crate::laws::ContactLaw;
+use crate::contact::{ContactId, pose};
+use crate::laws::{Approach, ContactLaw};
 use crate::linalg::{axpy, max_abs};
 use crate::solver::ConeSolver;
 use crate::system::MechanicalSystem;
@@ -44,7 +44,7 @@ where
             let law = self.laws.get(held.interface);
             let law =
                 law.ok_or(EventFailure::Size { what: "laws", given: known, expected: held.interface + 1 })?;
-            held.friction = law.friction();
+            held.friction = law.respond(&Approach::impact(SVector::zeros(), THETA)).friction;
         }
         Ok(closed)
     }
@@ -119,12 +119,13 @@ where
         without_collision: bool,
     ) -> Result<(), EventFailure> {
         let frame = self.dynamics.frame(closed.iter().map(|held| held.id), &self.q)?;
-        let b = closed.iter().zip(before).flat_map(|(held, u)| {
-            let b = u + self.laws[held.interface].evaluate(u, THETA).b_shift(u);
-            b.iter().copied().collect::<Vec<f64>>()
-        });
-        let b = DVector::from_iterator(closed.len() * D, b);
-        let friction = closed.iter().map(|held| held.friction).collect();
+        let mut b = DVector::zeros(closed.len() * D);
+        let mut friction = Vec::with_capacity(closed.len());
+        for (i, (held, u)) in closed.iter().zip(before).enumerate() {
+            let (shifted, mu) = pose(&self.laws[held.interface], &Approach::impact(*u, THETA), u)?;
+            b.rows_mut(i * D, D).copy_from(&shifted);
+            friction.push(mu);
+        }
         let mut local = Local::<D> { w: frame.w, b, friction };
         let slip = vec![None; closed.len()];
         let inconsistent = EventFailure::Inconsistent { contacts: closed.len() };

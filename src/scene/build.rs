@@ -1,10 +1,12 @@
 //! From a scene and a run to a scheme ready to step.
 
+use nalgebra::SVector;
+
 use super::format::{ActivationRuleName, InterfaceSpec};
 use super::names::{Directory, Groups};
 use super::{LoadSpec, PreloadSpec, Run, Scene, SceneError};
 use crate::adaptive::Adaptive;
-use crate::laws::{self, ContactLaw};
+use crate::laws::{self, Approach, ContactLaw};
 use crate::scalar::{Scalar, lit};
 use crate::scheme::{Activation, ActivationRule, Settings, ThetaScheme, equilibrium};
 use crate::simulate::Stepper;
@@ -56,7 +58,7 @@ pub fn contact_dimension(scene: &Scene, runs: &[Run]) -> Result<usize, SceneErro
     for interface in &scene.interfaces {
         for run in runs {
             let law: AnyLaw<f64, 2> = interface.law(run)?;
-            frictionless &= law.friction() == 0.0;
+            frictionless &= !law.rubs();
         }
         let names = runs.iter().map(|run| interface.law.as_deref().unwrap_or(&run.law));
         let known: Vec<&str> = names
@@ -107,7 +109,9 @@ pub(super) fn parts<T: Scalar, const D: usize>(scene: &Scene, run: &Run) -> Resu
                 Some(PreloadSpec { contacts, constant_forces }) => match contacts.support() {
                     Some(support) => body.preload(T::zero(), support, constant_forces)?,
                     None => {
-                        let friction: Vec<T> = laws.iter().map(|law| law.friction()).collect();
+                        let at_rest = Approach::impact(SVector::zeros(), lit(scene.time.theta));
+                        let friction: Vec<T> =
+                            laws.iter().map(|law| law.respond(&at_rest).friction).collect();
                         let mut solver = solver::build::<T, D>(&run.solver, stopping(scene))?;
                         equilibrium(&mut body, &friction, &mut solver, T::zero(), constant_forces)?
                     }
@@ -181,6 +185,8 @@ fn settings<T: Scalar>(scene: &Scene) -> Settings<T> {
         step: lit(time.step),
         activation,
         allow_unproved_theta: time.allow_unproved_theta,
+        lasting: time.lasting,
+        theta_rest: lit(time.theta_rest),
         sleep: time.sleep,
     }
 }

@@ -21,6 +21,10 @@ pub struct TimeSpec {
     pub theta: f64,
     /// Accept a θ outside the interval in which a law is proved dissipative.
     pub allow_unproved_theta: bool,
+    /// Contacts that carried a percussion and are slow are no impacts; `false` takes the rule of the active set literally.
+    pub lasting: bool,
+    /// θ ∈ [½, 1] of islands all of whose contacts last.
+    pub theta_rest: f64,
     /// Leave bodies at rest out of the steps until something touches them; goes with fixed steps alone.
     pub sleep: bool,
     /// Rule of the active set.
@@ -83,6 +87,10 @@ struct TimeFields {
     theta: f64,
     #[serde(default)]
     allow_unproved_theta: bool,
+    #[serde(default = "yes")]
+    lasting: bool,
+    #[serde(default = "one")]
+    theta_rest: f64,
     #[serde(default)]
     sleep: bool,
     #[serde(default)]
@@ -93,6 +101,14 @@ struct TimeFields {
 
 fn half() -> f64 {
     0.5
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+fn yes() -> bool {
+    true
 }
 
 /// A number, or `"adaptive"`.
@@ -157,6 +173,8 @@ impl TryFrom<TimeFields> for TimeSpec {
             end,
             theta: fields.theta,
             allow_unproved_theta: fields.allow_unproved_theta,
+            lasting: fields.lasting,
+            theta_rest: fields.theta_rest,
             sleep: fields.sleep,
             activation: fields.activation,
             gap_tolerance: fields.gap_tolerance,

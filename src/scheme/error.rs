@@ -1,5 +1,6 @@
 //! Why a scheme could not be set up, or a step not be made.
 
+use crate::contact::ImproperResponse;
 use crate::linalg::FactorError;
 use crate::solver::{SolveError, StoppingError};
 
@@ -9,6 +10,12 @@ pub enum SetupError {
     /// θ outside [0, 1].
     #[error("θ = {theta} is not in [0, 1]")]
     Theta {
+        /// The value refused.
+        theta: f64,
+    },
+    /// θ_rest outside [½, 1].
+    #[error("θ_rest = {theta} is not in [0.5, 1]")]
+    ThetaRest {
         /// The value refused.
         theta: f64,
     },
@@ -162,9 +169,7 @@ pub enum StepError {
         count: usize,
     },
     /// A law gave an evaluation point that is not finite, or γ ≤ 0.
-    #[error(
-        "step {step}, t = {time} s: law `{law}` at contact {contact} gives γ = {gamma}, shift_N = {shift}"
-    )]
+    #[error("step {step}, t = {time} s, contact {contact}: {source}")]
     Law {
         /// Number of the step.
         step: usize,
@@ -172,12 +177,8 @@ pub enum StepError {
         time: f64,
         /// Label of the contact.
         contact: String,
-        /// Name of the law.
-        law: String,
-        /// γ.
-        gamma: f64,
-        /// Normal component of the shift.
-        shift: f64,
+        /// The answer.
+        source: ImproperResponse,
     },
     /// The cone problem was not solved.
     #[error("step {step}, t = {time} s, {contacts} contacts: {source}")]

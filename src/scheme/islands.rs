@@ -35,6 +35,10 @@ pub(super) fn choose_start<T: Scalar, const D: usize>(
         start.copy_from_slice(older);
         return before <= tolerance;
     }
+    // At r = 0, where the scaled residual is at most 1, nothing is left of a bad start.
+    if last > T::one() {
+        start.fill(SVector::zeros());
+    }
     false
 }
 

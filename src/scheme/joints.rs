@@ -90,7 +90,7 @@ impl<T: Scalar> Joints<T> {
         self.factor.factor(&self.values, &self.active)
     }
 
-    /// Takes v to the velocity with Ḡ v = `bias` Ḡ `other`, by λ ← S⁻¹ (…), v ← v + M̂⁻¹ Ḡᵀ λ.
+    /// Takes v to the velocity with Ḡ v = `bias` Ḡ `other`, `bias` given by a degree of freedom of the row, by λ ← S⁻¹ (…), v ← v + M̂⁻¹ Ḡᵀ λ.
     ///
     /// # Errors
     /// The row that is not met: S is singular to rounding, the joints are redundant.
@@ -98,10 +98,12 @@ impl<T: Scalar> Joints<T> {
         &mut self,
         mass: &mut Factor<T>,
         v: &mut [T],
-        bias: T,
+        bias: impl Fn(usize) -> T,
         other: &[T],
     ) -> Result<(), usize> {
-        let wanted = |rows: &BlockRows<T, 1>, i: usize| bias * rows.velocity(i, other)[0];
+        let wanted = |rows: &BlockRows<T, 1>, i: usize| {
+            rows.row(i).next().map_or_else(T::zero, |(dof, _)| bias(dof) * rows.velocity(i, other)[0])
+        };
         for i in 0..self.count {
             self.multipliers[i] = wanted(&self.rows, i) - self.rows.velocity(i, v)[0];
         }

@@ -52,6 +52,7 @@ mod error;
 mod islands;
 mod joints;
 mod kept;
+mod lasting;
 mod nonlinear;
 mod passes;
 mod record;

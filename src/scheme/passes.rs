@@ -39,7 +39,7 @@ where
     /// F_{k+θ}, the end of the prescribed motions, v_{k+θ} ← v_k elsewhere as a first guess, and the iteration matrix of
     /// a nonlinear system.
     pub(super) fn start_passes(&mut self) -> Result<(), StepError> {
-        let Self { system, settings, state, next, free, rest, .. } = self;
+        let Self { system, settings, state, next, free, rest, .. } = &mut *self;
         let Settings { theta, step: h, .. } = *settings;
         let Next { q, v, v_theta, v_free, force, scratch, .. } = next;
         system.forces().averaged(state.time, h, theta, force, scratch);
@@ -59,11 +59,13 @@ where
         if !all_finite(&*force) {
             return Err(self.state_error("F", &self.next.force));
         }
+        self.set_pull();
         self.passes = 0;
-        if let (Some(nonlinear), Some(dynamics)) = (&mut self.nonlinear, system.nonlinear()) {
-            let start = Start::of(state, settings, force);
-            let speed = nalgebra::RealField::max(self.scales.speed, max_abs(&state.v));
-            if !nonlinear.linearise(dynamics, start, speed, &mut self.factor) {
+        let Self { system, settings, state, next, nonlinear, scales, factor, .. } = &mut *self;
+        if let (Some(nonlinear), Some(dynamics)) = (nonlinear, system.nonlinear()) {
+            let start = Start::of(state, settings, &next.force);
+            let speed = nalgebra::RealField::max(scales.speed, max_abs(&state.v));
+            if !nonlinear.linearise(dynamics, start, speed, factor) {
                 let (step, time) = self.place();
                 return Err(StepError::Mass { step, time });
             }

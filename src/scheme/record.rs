@@ -39,14 +39,28 @@ pub struct ContactStep<T: Scalar, const D: usize> {
     pub normal_work: T,
     /// Tangential contact work u_{T,k+θ}·p_T (J).
     pub tangential_work: T,
+    /// θ of the contact's island in the step.
+    pub theta: T,
+    /// The contact [lasts](crate::laws::Approach::lasting): the law took it for no impact.
+    pub lasting: bool,
 }
 
 impl<T: Scalar, const D: usize> ContactStep<T, D> {
+    /// A contact that enters a step.
+    pub(super) fn starting(
+        id: ContactId,
+        interface: usize,
+        (gap, before): (T, SVector<T, D>),
+        (theta, lasting): (T, bool),
+    ) -> Self {
+        let (zero, none) = (SVector::zeros(), T::zero());
+        let (after, percussion, normal_work, tangential_work) = (zero, zero, none, none);
+        Self { id, interface, gap, before, after, percussion, normal_work, tangential_work, theta, lasting }
+    }
+
     /// A contact that did no more than carry `percussion`.
     pub(super) fn resting(id: ContactId, interface: usize, gap: T, percussion: SVector<T, D>) -> Self {
-        let (zero, none) = (SVector::zeros(), T::zero());
-        let (normal_work, tangential_work) = (none, none);
-        Self { id, interface, gap, before: zero, after: zero, percussion, normal_work, tangential_work }
+        Self { percussion, ..Self::starting(id, interface, (gap, SVector::zeros()), (T::one(), true)) }
     }
 }
 

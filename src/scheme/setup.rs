@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 
 use super::{Activation, SetupError};
-use crate::laws::ContactLaw;
+use crate::laws::{Approach, ContactLaw, Response};
 use crate::linalg::Symmetric;
 use crate::scalar::{Scalar, all_finite, epsilon, lit, to_f64};
 use crate::system::{MechanicalSystem, Prescribed};
@@ -20,6 +20,13 @@ pub struct Settings<T> {
     /// Opt-out: accept a θ outside the interval in which a law is proved dissipative. Default `false`. Laws that
     /// claim no interval at all constrain θ in neither case.
     pub allow_unproved_theta: bool,
+    /// Contacts that carried a percussion and are slow [last](crate::laws::Approach::lasting): they take no restitution and
+    /// stay in the active set through rounding, their islands take `theta_rest`, and their overlaps are opened. Default
+    /// `true`; without, the rule of the active set is taken literally. Systems with damping or stiffness and nonlinear
+    /// ones, and steps under error control, have none.
+    pub lasting: bool,
+    /// θ ∈ [½, 1] of islands all of whose contacts last. Default 1: what sticks stands still. See [`scheme`](super).
+    pub theta_rest: T,
     /// Leave islands of bodies at rest out of the steps until something touches them. Default `false`. It neglects motion
     /// within the tolerance of the cone solver, and nothing else; systems that cannot say what rests
     /// ([`MechanicalSystem::body_dofs`]), with joints or with forces that vary in time compute every step.
@@ -29,7 +36,15 @@ pub struct Settings<T> {
 impl<T: Scalar> Settings<T> {
     /// θ and h, with the paper's active set (55).
     pub fn new(theta: T, step: T) -> Self {
-        Self { theta, step, activation: Activation::default(), allow_unproved_theta: false, sleep: false }
+        Self {
+            theta,
+            step,
+            activation: Activation::default(),
+            allow_unproved_theta: false,
+            lasting: true,
+            theta_rest: T::one(),
+            sleep: false,
+        }
     }
 }
 
@@ -37,6 +52,9 @@ pub(super) fn check_settings<T: Scalar>(settings: &Settings<T>) -> Result<(), Se
     let Settings { theta, step, .. } = *settings;
     if !(T::zero() <= theta && theta <= T::one()) {
         return Err(SetupError::Theta { theta: to_f64(theta) });
+    }
+    if !(lit::<T>(0.5) <= settings.theta_rest && settings.theta_rest <= T::one()) {
+        return Err(SetupError::ThetaRest { theta: to_f64(settings.theta_rest) });
     }
     if !(step > T::zero() && all_finite([&step])) {
         return Err(SetupError::TimeStep { step: to_f64(step) });
@@ -64,12 +82,11 @@ pub(super) fn check_laws<T: Scalar, const D: usize, L: ContactLaw<T, D>>(
                 return Err(SetupError::UnprovedTheta { law: name(), interface, theta, min, max });
             }
         }
-        let gamma = law.evaluate(&SVector::zeros(), theta).gamma;
+        let Response { gamma, friction, .. } = law.respond(&Approach::impact(SVector::zeros(), theta));
         let error = |what, value| SetupError::Law { law: name(), what, value, theta: to_f64(theta) };
         if !(gamma > T::zero() && all_finite([&gamma])) {
             return Err(error("γ", to_f64(gamma)));
         }
-        let friction = law.friction();
         if !(friction >= T::zero() && all_finite([&friction])) {
             return Err(error("μ", to_f64(friction)));
         }

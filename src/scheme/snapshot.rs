@@ -3,6 +3,7 @@
 use nalgebra::SVector;
 
 use super::clock::Clock;
+use super::lasting::{Lasting, LastingMark};
 use super::nonlinear::Nonlinear;
 use super::rest::{Rest, RestMark};
 use super::{ContactStep, ThetaScheme};
@@ -29,6 +30,7 @@ pub struct Snapshot {
     contacts: Vec<(u64, Vec<f64>)>,
     older: Vec<(u64, Vec<f64>)>,
     rest: Option<RestMark>,
+    lasting: Option<LastingMark>,
 }
 
 /// A snapshot that is not one of this scheme.
@@ -68,6 +70,7 @@ where
             contacts: self.last.contacts.iter().map(percussion).collect(),
             older: self.older.iter().map(percussion).collect(),
             rest: self.rest.as_ref().map(Rest::mark),
+            lasting: self.lasting.as_ref().map(Lasting::mark),
         }
     }
 
@@ -98,6 +101,11 @@ where
             if rest.restore(mark, self.laws.len(), &snapshot.contacts).is_none() {
                 return refuse("its bodies at rest are others");
             }
+        }
+        if let (Some(lasting), Some(mark)) = (&mut self.lasting, &snapshot.lasting)
+            && lasting.restore(mark).is_none()
+        {
+            return refuse("its lasting contacts are others");
         }
         self.state.index = snapshot.index();
         self.last_length = self.settings.step;

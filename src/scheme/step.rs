@@ -5,13 +5,14 @@ use std::iter::Peekable;
 use nalgebra::SVector;
 
 use super::islands::{WORTH_SPLITTING, choose_start};
+use super::lasting::Lasting;
 use super::nonlinear::Start;
 use super::record::Next;
 use super::{ActivationRule, ContactStep, Part, Settings, Step, StepError, ThetaScheme};
 use crate::cone::ConeProblem;
-use crate::contact::{Candidate, ContactId};
+use crate::contact::{Candidate, ContactId, pose};
 use crate::energy::{Balance, Energies};
-use crate::laws::ContactLaw;
+use crate::laws::{Approach, ContactLaw};
 use crate::linalg::{Factor, axpy, dot, sums};
 use crate::scalar::{Scalar, all_finite, lit, to_f64};
 use crate::solver::{ConeSolver, Solution};
@@ -62,8 +63,10 @@ where
                 break solution;
             }
         };
+        // q_{k+1} ← q_{k+1} + Δq, which opens the overlaps of contacts that last
+        let position_work = self.correct_positions();
         // E_{k+1} − E_k = W_ext + W_damp + (½−θ)(…) + Σ u_{k+θ}·p                                (56)
-        let (energies, balance) = self.balance()?;
+        let (energies, balance) = self.balance(position_work)?;
         self.accept(solution, energies, balance);
         done(Part::Ledger);
         Ok(&self.last)
@@ -74,14 +77,27 @@ where
             self.list_active_contacts()?;
             let Self { rest, jacobian, .. } = self;
             if !rest.as_mut().is_some_and(|rest| rest.wake(jacobian)) {
-                return Ok(());
+                break;
             }
         }
+        let Self { lasting, settings, jacobian, next, .. } = self;
+        if let Some(lasting) = lasting {
+            lasting.assign(settings.theta, jacobian, &mut next.contacts);
+        }
+        Ok(())
     }
 
     fn list_active_contacts(&mut self) -> Result<(), StepError> {
         let h = self.settings.step;
-        let (gap_tolerance, velocity_tolerance) = self.tolerances;
+        let (mut gap_tolerance, velocity_tolerance) = self.tolerances;
+        let mut reach = gap_tolerance;
+        if let Some(lasting) = &mut self.lasting {
+            lasting.clear();
+            if self.settings.activation.gap_tolerance.is_none() {
+                gap_tolerance = nalgebra::RealField::max(gap_tolerance, lasting.noise(h));
+            }
+            reach = gap_tolerance + lasting.reach();
+        }
         let rule = self.settings.activation.rule;
         self.candidates.clear();
         let Self { system, state, next: Next { scratch, .. }, rest, candidates, .. } = self;
@@ -90,12 +106,14 @@ where
             axpy(scratch, h, &state.v);
         }
         match rest {
-            Some(rest) => system.awake_candidates(scratch, gap_tolerance, rest.asleep(), candidates),
-            None => system.candidates(scratch, gap_tolerance, candidates),
+            Some(rest) => system.awake_candidates(scratch, reach, rest.asleep(), candidates),
+            None => system.candidates(scratch, reach, candidates),
         }
         self.candidates.sort_unstable_by_key(|candidate| candidate.id);
         self.jacobian.clear();
         self.next.contacts.clear();
+        let theta = self.settings.theta;
+        let mut known = 0;
         for i in 0..self.candidates.len() {
             let Candidate { id, interface, gap } = self.candidates[i];
             if !all_finite([&gap]) {
@@ -114,12 +132,26 @@ where
             if !all_finite(before.iter()) {
                 return Err(self.contact_error(id, "Jacobian"));
             }
-            if rule == ActivationRule::MoreauJean && before[0] > velocity_tolerance {
+            let closing = rule != ActivationRule::MoreauJean || before[0] <= velocity_tolerance;
+            let mut lasts = false;
+            if let Some(lasting) = &mut self.lasting {
+                let last = &self.last.contacts;
+                known += last[known..].iter().take_while(|contact| contact.id < id).count();
+                let carried =
+                    |contact: &ContactStep<T, D>| contact.id == id && contact.percussion[0] > T::zero();
+                let beyond = (gap - gap_tolerance, excess(before[0], velocity_tolerance));
+                lasts = last.get(known).is_some_and(carried) && lasting.lasts(&self.jacobian, row, h, beyond);
+                if lasts || closing && gap <= gap_tolerance {
+                    let start = if lasts { self.system.gap(id, &self.state.q) } else { T::zero() };
+                    lasting.push(&self.jacobian, row, h, (id, start));
+                }
+            }
+            // Written so that a NaN gap has been refused above.
+            if !lasts && !(closing && gap <= gap_tolerance) {
                 self.jacobian.truncate(row);
                 continue;
             }
-            let contact =
-                ContactStep { before, ..ContactStep::resting(id, interface, gap, SVector::zeros()) };
+            let contact = ContactStep::starting(id, interface, (gap, before), (theta, lasts));
             self.next.contacts.push(contact);
         }
         Ok(())
@@ -153,21 +185,21 @@ where
         let mut known = self.last.contacts.iter().peekable();
         let mut older = self.older.iter().peekable();
         for (i, contact) in self.next.contacts.iter().enumerate() {
-            let law = &self.laws[contact.interface];
-            let evaluation = law.evaluate(&contact.before, self.settings.theta);
-            let valid = evaluation.gamma > T::zero() && all_finite(evaluation.shift.iter());
-            if !(valid && all_finite([&evaluation.gamma])) {
-                return Err(StepError::Law {
-                    step: self.state.index + 1,
-                    time: to_f64(self.state.time + self.settings.step),
-                    contact: self.system.contact_label(contact.id),
-                    law: law.name().into(),
-                    gamma: to_f64(evaluation.gamma),
-                    shift: to_f64(evaluation.shift[0]),
-                });
+            let gap = self.lasting.as_ref().map_or_else(T::zero, |lasting| lasting.entries[i].gap);
+            let approach = Approach::impact(contact.before, contact.theta);
+            let approach = approach.with_gap(gap, self.settings.step, contact.lasting);
+            let free = self.jacobian.velocity(i, &self.next.v_free);
+            match pose(&self.laws[contact.interface], &approach, &free) {
+                Ok((shifted, mu)) => {
+                    b.push(shifted);
+                    friction.push(mu);
+                }
+                Err(source) => {
+                    let (step, time) = self.place();
+                    let contact = self.system.contact_label(contact.id);
+                    return Err(StepError::Law { step, time, contact, source });
+                }
             }
-            b.push(self.jacobian.velocity(i, &self.next.v_free) + evaluation.b_shift(&contact.before));
-            friction.push(law.friction());
             if self.passes > 0 {
                 self.warm_start.push(self.percussions[i]);
                 continue;
@@ -208,17 +240,20 @@ where
             solver.solve(problem, warm_start, percussions).map_err(|source| (contacts, source))
         };
         exchange(problem);
+        if let Some(lasting) = &mut self.lasting {
+            lasting.note(problem, solver.stopping().tolerance);
+        }
         solved.map(Some).map_err(|(contacts, source)| {
             let (step, time) = self.place();
             StepError::Solve { step, time, contacts, source }
         })
     }
 
-    fn balance(&mut self) -> Result<(Energies<T>, Balance<T>), StepError> {
+    fn balance(&mut self, position_work: T) -> Result<(Energies<T>, Balance<T>), StepError> {
         let Self { system, settings, state, next, .. } = self;
         let Settings { theta, step: h, .. } = *settings;
         let half = lit::<T>(0.5);
-        let mut balance = Balance::default();
+        let mut balance = Balance { position_work, ..Balance::default() };
         let mut square;
         if let Some(nonlinear) = &self.nonlinear {
             let start = Start::of(state, settings, &next.force);
@@ -239,7 +274,13 @@ where
             damping.multiply(&next.v_theta, &mut next.scratch);
             balance.damping_work = -h * dot(&next.v_theta, &next.scratch);
         }
-        balance.numerical_dissipation = (half - theta) * square;
+        balance.numerical_dissipation = match self.lasting.as_ref().and_then(Lasting::theta) {
+            None => (half - theta) * square,
+            Some(thetas) => sums(next.v.len(), |i| {
+                let change = next.momentum[1][i] - next.momentum[0][i];
+                [(half - thetas[i]) * (next.v[i] - state.v[i]) * change]
+            })[0],
+        };
         if system.prescribed().is_some_and(Prescribed::moves) {
             balance.prescribed_work = self.prescribed_work();
         }
@@ -297,6 +338,9 @@ where
         std::mem::swap(&mut state.v, &mut next.v);
         next.momentum.swap(0, 1);
         next.elastic_force.swap(0, 1);
+        if let Some(lasting) = &mut self.lasting {
+            lasting.accept(&next.contacts, self.settings.step);
+        }
         self.last_length = self.settings.step;
         state.index += 1;
         state.time = self.clock.at(state.index, self.settings.step);
@@ -356,6 +400,12 @@ fn increments<T: Scalar>(from: &[T], to: &[T], [a_from, a_to]: &[Vec<T>; 2]) -> 
 fn growth<T: Scalar>(from: T, to: T) -> T {
     let ratio = to / from;
     if ratio <= lit(MOST_GROWTH) && ratio >= lit(1.0 / MOST_GROWTH) { ratio } else { T::one() }
+}
+
+/// How far |u_N| is beyond a tolerance, with its sign; zero within.
+fn excess<T: Scalar>(rate: T, tolerance: T) -> T {
+    let size = nalgebra::ComplexField::abs(rate);
+    if size <= tolerance { T::zero() } else { rate }
 }
 
 /// The percussion of contact `id` in a list ordered by identity, found by walking along; zero where it is not there.

@@ -7,6 +7,7 @@ use super::delassus::Assembler;
 use super::islands::Islands;
 use super::joints::Joints;
 use super::kept::{Kept, constant_rows};
+use super::lasting::Lasting;
 use super::nonlinear::Nonlinear;
 use super::record::Next;
 use super::rest::Rest;
@@ -47,6 +48,7 @@ pub struct ThetaScheme<T: Scalar, const D: usize, S, L, V> {
     pub(super) islands: Islands<T, D>,
     pub(super) rest: Option<Rest<T, D>>,
     pub(super) joints: Joints<T>,
+    pub(super) lasting: Option<Lasting<T>>,
     /// Length (m) that scales the tolerance of the joints, and speed (m/s) of the differences of a nonlinear system.
     pub(super) scales: Scales<T>,
     pub(super) nonlinear: Option<Box<Nonlinear<T>>>,
@@ -134,6 +136,7 @@ where
         let tolerances = tolerances(&settings.activation, solver.stopping().tolerance, &system, &q, &v)?;
         let rest = settings.sleep.then(|| Rest::new(&system, settings.step, solver.stopping().tolerance));
         let rest = rest.flatten();
+        let lasting = Lasting::new(&system, &laws, &settings, &q);
         let joints = Joints::new(system.joint_rows(), n);
         Ok(Self {
             system,
@@ -150,6 +153,7 @@ where
             islands: Islands::default(),
             rest,
             joints,
+            lasting,
             scales,
             nonlinear,
             passes: 0,

@@ -12,6 +12,7 @@
 
 use nalgebra::SVector;
 
+use super::lasting::Lasting;
 use super::nonlinear::Start;
 use super::record::Next;
 use super::{Settings, StepError, ThetaScheme};
@@ -60,13 +61,17 @@ where
         } else {
             self.solve_free_velocity();
         }
-        let Self { system, settings: Settings { theta, step: h, .. }, state, next, factor, joints, .. } =
-            self;
+        let Self { system, settings, state, next, factor, joints, lasting, .. } = self;
+        let (h, thetas) = (settings.step, lasting.as_ref().and_then(Lasting::theta));
         if joints.is_empty() {
             return Ok(());
         }
-        let set = joints.set(system, &state.q, (*h, &next.v_theta), factor);
-        let bias = -(T::one() - *theta) / *theta;
+        let set = joints.set(system, &state.q, (h, &next.v_theta), factor);
+        // Ḡ v_{k+θ} = 0, with the θ of the island the joint is in.
+        let bias = |dof: usize| {
+            let theta = thetas.map_or(settings.theta, |thetas| thetas[dof]);
+            -(T::one() - theta) / theta
+        };
         if let Err(row) = set.and_then(|()| joints.project(factor, &mut next.v_free, bias, &state.v)) {
             let (step, time) = self.place();
             return Err(StepError::Joints { step, time, joint: self.system.joint_label(row) });
@@ -119,7 +124,9 @@ where
 
     /// v_{k+1}, v_{k+θ}, q_{k+1}, and what the contacts did.
     pub(super) fn set_next_state(&mut self) -> Result<(), StepError> {
-        let Self { settings, state, next, factor, free, form, jacobian, percussions, joints, .. } = self;
+        let Self {
+            settings, state, next, factor, free, form, jacobian, percussions, joints, lasting, ..
+        } = self;
         let (Settings { theta, step: h, .. }, free) = (*settings, *free);
         let Next { q, v, v_theta, v_free, scratch, impulse, contacts, .. } = next;
         match factor {
@@ -151,15 +158,18 @@ where
                 }
             }
         }
-        let other = T::one() - theta;
-        for i in 0..free {
-            v_theta[i] = other * state.v[i] + theta * v[i];
-            q[i] = state.q[i] + h * v_theta[i];
+        match lasting.as_ref().and_then(Lasting::theta) {
+            None => (0..free).for_each(|i| v_theta[i] = (T::one() - theta) * state.v[i] + theta * v[i]),
+            Some(theta) => {
+                (0..free).for_each(|i| v_theta[i] = (T::one() - theta[i]) * state.v[i] + theta[i] * v[i]);
+            }
         }
+        (0..free).for_each(|i| q[i] = state.q[i] + h * v_theta[i]);
         for (i, contact) in contacts.iter_mut().enumerate() {
             contact.percussion = percussions[i];
             contact.after = jacobian.velocity(i, v);
-            let average: SVector<T, D> = contact.before * other + contact.after * theta;
+            let theta = contact.theta;
+            let average: SVector<T, D> = contact.before * (T::one() - theta) + contact.after * theta;
             contact.normal_work = average[0] * contact.percussion[0];
             contact.tangential_work = average.dot(&contact.percussion) - contact.normal_work;
             if D == 1 {

@@ -1,7 +1,7 @@
 //! The closed form of a body that bounces on a half-plane.
 
 use super::reference::{Reference, visit_between};
-use crate::laws::ContactLaw;
+use crate::laws::{Approach, ContactLaw};
 use crate::scene::{Planar, Run, Scene, build};
 
 /// A frictionless disc thrown on a half-plane: parabolas, impacts u⁺ = −e u⁻, and rest from the accumulation point on,
@@ -137,7 +137,7 @@ impl Ball {
 fn restitution(law: &dyn ContactLaw<f64, 1>) -> Result<f64, String> {
     let of = |speed: f64| {
         let before = nalgebra::SVector::from([-speed]);
-        -law.evaluate(&before, 0.5).b_shift(&before)[0] / speed
+        -law.respond(&Approach::impact(before, 0.5)).b_shift(&before)[0] / speed
     };
     let e = of(1.0);
     let constant = (of(1e-3) - e).abs() <= 1e-12 && (0.0..=1.0).contains(&e);

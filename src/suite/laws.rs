@@ -10,7 +10,8 @@ use proptest::test_runner::{TestCaseError, TestError};
 
 use super::{RandomSystem, Suite, SuiteFailure, check_claim_is_sharp, random_system};
 use crate::cone::{ConeProblem, largest_eigenvalue};
-use crate::laws::ContactLaw;
+use crate::contact::pose;
+use crate::laws::{Approach, ContactLaw};
 use crate::linalg::Symmetric;
 use crate::scheme::{Activation, ActivationRule, Settings, ThetaScheme};
 use crate::solver::{self, ConeSolver, SOLVERS, SolveError, Stopping};
@@ -47,6 +48,7 @@ pub fn check_law_in<const D: usize, L: ContactLaw<f64, D>>(
 ) -> Result<(), SuiteFailure> {
     for description in SOLVERS {
         check_dissipation::<D, L>(suite, description.name, parameters, draw)?;
+        check_lasting::<D, L>(suite, description.name, parameters, draw)?;
         check_balance::<D, L>(suite, description.name, parameters, draw)?;
     }
     check_claim_is_sharp::<D, L>(suite, parameters, draw)
@@ -105,7 +107,8 @@ pub fn check_dissipation<const D: usize, L: ContactLaw<f64, D>>(
     let run = suite.runner().run(&cases, |(system, unit, share)| {
         let Some((laws, theta)) = instances(draw, &unit, system.contacts(), share) else { return Ok(()) };
         let mut solver = build::<D>(solver)?;
-        match works(&system, &laws, theta, &mut solver) {
+        let impact = |_, u| Approach::impact(u, theta);
+        match works(&system, &laws, impact, &mut solver)? {
             Ok((works, bound)) => {
                 prop_assert!(
                     works.iter().all(|&w| w <= bound),
@@ -130,6 +133,34 @@ pub fn check_dissipation<const D: usize, L: ContactLaw<f64, D>>(
     Ok(())
 }
 
+/// Contacts that last keep u_{k+θ}·p ≤ 0 at every θ of [`ContactLaw::lasting_theta`], whatever their gaps, open, closed or
+/// overlapping, and velocities. A law that claims nothing passes.
+///
+/// # Errors
+/// [`SuiteFailure`] where a contact creates energy.
+pub fn check_lasting<const D: usize, L: ContactLaw<f64, D>>(
+    suite: &Suite,
+    solver: &str,
+    parameters: usize,
+    draw: &impl Fn(&[f64]) -> L,
+) -> Result<(), SuiteFailure> {
+    let unit = vec(0.0..=1.0, parameters);
+    let cases = (random_system::<D>(4), unit, 0.0..=1.0, vec(-1e-2..1e-2, 4));
+    let run = suite.runner().run(&cases, |(system, unit, share, gaps)| {
+        let laws: Vec<L> = (0..system.contacts()).map(|_| draw(&unit)).collect();
+        let Some(claim) = laws[0].lasting_theta() else { return Ok(()) };
+        let theta = claim.start() + share * (claim.end() - claim.start());
+        let lasting = |i: usize, u| Approach::impact(u, theta).with_gap(gaps[i], 1e-2, true);
+        // What is not solved says nothing of the law; `check_dissipation` counts it.
+        let Ok((works, bound)) = works(&system, &laws, lasting, &mut build::<D>(solver)?)? else {
+            return Ok(());
+        };
+        prop_assert!(works.iter().all(|&w| w <= bound), "works {works:?}, bound {bound:e}, θ {theta}");
+        Ok(())
+    });
+    run.map_err(failure::<D, _>("lasting contacts dissipate", solver))
+}
+
 fn build<const D: usize>(name: &str) -> Result<Box<dyn ConeSolver<f64, D>>, TestCaseError> {
     solver::build(name, Stopping::default()).map_err(|error| TestCaseError::fail(error.to_string()))
 }
@@ -148,25 +179,37 @@ pub fn work_bound<const D: usize>(
     10.0 * tolerance * b * (norm + b / lambda.fold(f64::INFINITY, f64::min))
 }
 
-/// u_{k+θ}·p of every contact, and their bound.
+/// Works of the contacts and their bound, or why they were not found.
+type Works = Result<(Vec<f64>, f64), SolveError>;
+
+/// u_{k+θ}·p of every contact, and their bound; `ask` is what the law of contact i is asked at velocity u_k.
 fn works<const D: usize, L: ContactLaw<f64, D>>(
     system: &RandomSystem<D>,
     laws: &[L],
-    theta: f64,
+    ask: impl Fn(usize, SVector<f64, D>) -> Approach<f64, D>,
     solver: &mut impl ConeSolver<f64, D>,
-) -> Result<(Vec<f64>, f64), SolveError> {
+) -> Result<Works, TestCaseError> {
     let before = system.local_before();
-    let shift = |(law, u): (&L, &SVector<f64, D>)| law.evaluate(u, theta).b_shift(u);
-    let shifts: Vec<_> = laws.iter().zip(&before).map(shift).collect();
-    let problem = system.problem(&shifts, laws.iter().map(|law| law.friction()).collect());
+    let (mut shifts, mut friction, mut thetas) = (Vec::new(), Vec::new(), Vec::new());
+    for (i, (law, &u)) in laws.iter().zip(&before).enumerate() {
+        let approach = ask(i, u);
+        let posed = pose(law, &approach, &SVector::zeros());
+        let (shift, mu) = posed.map_err(|error| TestCaseError::fail(error.to_string()))?;
+        shifts.push(shift);
+        friction.push(mu);
+        thetas.push(approach.theta);
+    }
+    let problem = system.problem(&shifts, friction);
     let zeros = vec![SVector::zeros(); laws.len()];
     let mut p = zeros.clone();
-    solver.solve(&problem, &zeros, &mut p)?;
+    if let Err(error) = solver.solve(&problem, &zeros, &mut p) {
+        return Ok(Err(error));
+    }
     // u_{k+1} = W p + H v_free: the shifted velocity less the shift.
     let after = |i: usize| problem.shifted_velocity(i, &p) - shifts[i];
-    let work = |i: usize| (before[i] * (1.0 - theta) + after(i) * theta).dot(&p[i]);
+    let work = |i: usize| (before[i] * (1.0 - thetas[i]) + after(i) * thetas[i]).dot(&p[i]);
     let bound = work_bound(&problem, &p, solver.stopping().tolerance);
-    Ok(((0..laws.len()).map(work).collect(), bound))
+    Ok(Ok(((0..laws.len()).map(work).collect(), bound)))
 }
 
 /// Over random systems with mass, damping, stiffness and three contacts, for many steps and any active set, the

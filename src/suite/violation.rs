@@ -6,7 +6,8 @@ use proptest::strategy::{Strategy, ValueTree};
 
 use super::{RandomSystem, Suite, SuiteFailure, random_system};
 use crate::cone::solve_one_contact;
-use crate::laws::ContactLaw;
+use crate::contact::pose;
+use crate::laws::{Approach, ContactLaw};
 
 /// One-contact systems searched for a violation.
 const SEARCHED: usize = 20_000;
@@ -36,7 +37,7 @@ pub fn find_violation<const D: usize, L: ContactLaw<f64, D>>(law: &L, theta: f64
     let systems = random_system::<D>(1);
     (0..SEARCHED).find_map(|_| {
         let system = systems.new_tree(&mut runner).ok()?.current();
-        let violation = evaluate(law, theta, system);
+        let violation = evaluate(law, theta, system)?;
         let energy = |v: &[f64]| v.iter().zip(&violation.system.mass).map(|(v, m)| m * v * v).sum::<f64>();
         let scale = energy(&violation.system.before) + energy(&violation.system.free);
         (violation.created.max(violation.contact_work) > CREATED * scale).then_some(violation)
@@ -47,11 +48,11 @@ fn evaluate<const D: usize, L: ContactLaw<f64, D>>(
     law: &L,
     theta: f64,
     system: RandomSystem<D>,
-) -> Violation<D> {
+) -> Option<Violation<D>> {
     let (before, free) = (system.local_before()[0], system.local_free()[0]);
-    let shift = law.evaluate(&before, theta).b_shift(&before);
+    let (b, friction) = pose(law, &Approach::impact(before, theta), &free).ok()?;
     let w = *system.delassus().diagonal(0).expect("a contact has a diagonal block");
-    let percussion = solve_one_contact(&w, &(free + shift), law.friction());
+    let percussion = solve_one_contact(&w, &b, friction);
     let after = w * percussion + free;
     let contact_work = (before * (1.0 - theta) + after * theta).dot(&percussion);
     let mut impulse = vec![0.0; system.mass.len()];
@@ -59,7 +60,7 @@ fn evaluate<const D: usize, L: ContactLaw<f64, D>>(
     let change = |i: usize| system.free[i] + impulse[i] / system.mass[i] - system.before[i];
     let square: f64 = (0..impulse.len()).map(|i| system.mass[i] * change(i) * change(i)).sum();
     let created = contact_work + (0.5 - theta) * square;
-    Violation { system, theta, percussion, contact_work, created }
+    Some(Violation { system, theta, percussion, contact_work, created })
 }
 
 /// Instances of a law violate dissipation outside the interval they claim, and everywhere if they claim none; a

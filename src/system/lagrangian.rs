@@ -154,6 +154,10 @@ impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for Lagrangian<T, D> {
         self.contacts[contact.0 as usize].1.jacobian(q, out);
     }
 
+    fn gap(&self, contact: ContactId, q: &[T]) -> T {
+        self.contacts[contact.0 as usize].1.gap(q)
+    }
+
     fn scales(&self, q: &[T], v: &[T]) -> Scales<T> {
         let or_one = |x: T| if x > T::zero() { x } else { T::one() };
         self.scales.unwrap_or_else(|| Scales { length: or_one(max_abs(q)), speed: or_one(max_abs(v)) })

@@ -86,6 +86,10 @@ pub trait MechanicalSystem<T: Scalar, const D: usize>: Debug + Send {
     /// Appends the block row H^α(q), of a candidate that [`candidates`](Self::candidates) named, to `out`.
     fn jacobian(&self, contact: ContactId, q: &[T], out: &mut BlockRows<T, D>);
 
+    /// Gap g^α(q) (m) of a candidate that [`candidates`](Self::candidates) named, of the same features, in any
+    /// configuration near the one it was named in.
+    fn gap(&self, contact: ContactId, q: &[T]) -> T;
+
     /// Number of bilateral rows φ(q) = 0 of the joints, 0 for a system without joints.
     ///
     /// A joint is a contact whose half-line has become the whole line: in the cone problem its percussion is free
@@ -176,6 +180,9 @@ impl<T: Scalar, const D: usize, S: MechanicalSystem<T, D> + ?Sized> MechanicalSy
     }
     fn jacobian(&self, contact: ContactId, q: &[T], out: &mut BlockRows<T, D>) {
         (**self).jacobian(contact, q, out);
+    }
+    fn gap(&self, contact: ContactId, q: &[T]) -> T {
+        (**self).gap(contact, q)
     }
     fn scales(&self, q: &[T], v: &[T]) -> Scales<T> {
         (**self).scales(q, v)

@@ -137,6 +137,10 @@ impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for NonlinearLagrangian<T
         self.contacts[contact.0 as usize].1.jacobian(q, out);
     }
 
+    fn gap(&self, contact: ContactId, q: &[T]) -> T {
+        self.contacts[contact.0 as usize].1.gap(q)
+    }
+
     fn nonlinear(&self) -> Option<&dyn Dynamics<T>> {
         Some(&*self.dynamics)
     }

@@ -228,6 +228,10 @@ impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for ElasticBody<T> {
         });
     }
 
+    fn gap(&self, contact: ContactId, q: &[T]) -> T {
+        self.geometry.gap(&self.geometry.contacts[contact.0 as usize], q)
+    }
+
     fn scales(&self, _q: &[T], v: &[T]) -> Scales<T> {
         let speed = nalgebra::RealField::max(self.scales.speed, max_abs(v));
         let fallback = self.geometry.material.bar_wave_speed();

@@ -304,6 +304,46 @@ impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for RigidBodies<T> {
         }
     }
 
+    fn gap(&self, contact: ContactId, q: &[T]) -> T {
+        let place = |contactor: usize| Pose::of(self.contactors[contactor].body, q);
+        let outline = |contactor: usize| self.contactors[contactor].polygon().map(|x| (x, place(contactor)));
+        let on_edge = |a: usize, vertex: usize, b: usize, edge: usize| {
+            let (Some((one, at)), Some((other, bt))) = (outline(a), outline(b)) else { return T::zero() };
+            narrow::vertex_gap(vertex, (one, &at), edge, (other, &bt))
+        };
+        match Pair::of(contact) {
+            Pair::Plane { disc, plane } => {
+                let (contactor, plane) = (&self.contactors[disc], &self.planes[plane]);
+                plane.normal.dot(&contactor.position(q)) - plane.distance - contactor.radius
+            }
+            Pair::Corner { polygon, plane, vertex } => {
+                let (Some((polygon, at)), plane) = (outline(polygon), &self.planes[plane]) else {
+                    return T::zero();
+                };
+                plane.normal.dot(&at.place(&polygon.vertices[vertex])) - plane.distance
+            }
+            Pair::Discs(i, j) => {
+                let (one, other) = (&self.contactors[i], &self.contactors[j]);
+                (one.position(q) - other.position(q)).norm() - one.radius - other.radius
+            }
+            Pair::Features { a, b, features: Features::VertexEdge(vertex, edge) } => {
+                on_edge(a, vertex, b, edge)
+            }
+            Pair::Features { a, b, features: Features::EdgeVertex(vertex, edge) } => {
+                on_edge(b, vertex, a, edge)
+            }
+            Pair::Features { a, b, features: Features::EdgeDisc(i) | Features::VertexDisc(i) } => {
+                let (Some((polygon, at)), disc) = (outline(a), &self.contactors[b]) else { return T::zero() };
+                let apart = disc.position(q) - at.place(&polygon.vertices[i]);
+                let on_vertex =
+                    matches!(Pair::of(contact), Pair::Features { features: Features::VertexDisc(_), .. });
+                let distance =
+                    if on_vertex { apart.norm() } else { at.turn(&polygon.normals[i]).dot(&apart) };
+                distance - disc.radius
+            }
+        }
+    }
+
     fn joint_rows(&self) -> usize {
         self.joint_rows
     }

@@ -1,0 +1,425 @@
+//! Contacts that last, the θ of islands at rest, and the positions that impacts leave.
+//!
+//! # Lasting contacts
+//!
+//! A contact *lasts* where it carried a percussion in the last step and is slow: |u_{N,k}| ≤ 2 s, with the speed
+//! s = h Σ_j |H_{Nj}| |a_j| that the forces' accelerations a = M̂⁻¹F make of rest in one step (g h on the ground, 2 g h
+//! between bodies). Such a contact is no impact. Its law answers with the restitution e* = (1−θ)/θ in place of e
+//! ([`Response::lasting`](crate::laws::Response::lasting)): with w = u_{k+1} + (e* u_{N,k} + c/θ, e_T u_{T,k}), c ≥ 0,
+//!
+//! ```text
+//!   u_{k+θ}·p = θ [ −μ‖w_T‖ p_N − (c/θ) p_N + (e* − e_T) u_{T,k}·p_T ]
+//! ```
+//!
+//! the normal part of which is never positive, whatever θ, u_{N,k} and the active set are; with e_T = e* (Frémond, Moreau;
+//! Newton where θ = 1) neither is the rest. It also stays in the active set through rounding, while its predicted gap is
+//! below h s: to drop a contact that carries a body because u_N = +1e-13 lets the body fall for a step.
+//!
+//! # θ of an island
+//!
+//! Bodies that no active contact and no joint couples in a step are independent systems in that step: the balance (56) and
+//! Proposition 1 hold for each with a θ of its own, and the ledger adds them. An island with an impact in it takes the θ of
+//! the scene; one all of whose contacts last takes θ_rest. At θ_rest = 1, the default, e* = 0: what sticks stands still in
+//! place of alternating ±u_T, what is open within h s closes in one step, and the law of Newton is as dissipative as that
+//! of Frémond. The price is (½−θ)‖v_{k+1} − v_k‖²_M, zero at rest and of the order of h where bodies slide or roll. Without C
+//! and K, M̂ = M for every θ, so that to change θ costs nothing. Systems with C or K, and nonlinear ones, keep the θ of the
+//! scene and the rule of the active set as it stands: what is slow at a node of an elastic body, its waves decide.
+//!
+//! # Positions
+//!
+//! An impact within a step leaves an overlap or a gap of up to h |u_N|, which velocities alone never take back. After a step
+//! the contacts that last and overlap are opened by Δq = M̂⁻¹ H_Nᵀ π with 0 ≤ g + W_NN π ⟂ π ≥ 0, which moves no velocity.
+//! The work −F·Δq = −Σ_α π_α (H_N M̂⁻¹F)_α against the forces is in the ledger
+//! ([`Balance::position_work`](crate::energy::Balance)), contact by contact. It gives back at most what the contacts of
+//! the island have taken since they began: their works and position works together, summed over an island, are never
+//! positive, so that E_k + V_k of an island never exceeds what it had when its contacts began but for the work of forces
+//! that vary. Bodies that overlap without having lost energy (drawn so, say) stay as they are.
+
+use nalgebra::SVector;
+
+use super::record::Next;
+use super::{ContactStep, Settings, ThetaScheme};
+use crate::cone::ConeProblem;
+use crate::contact::ContactId;
+use crate::laws::ContactLaw;
+use crate::linalg::{BlockRows, Symmetric, axpy};
+use crate::scalar::{Scalar, lit, to_f64};
+use crate::solver::ConeSolver;
+use crate::system::MechanicalSystem;
+
+/// Speed of a lasting contact, in those the forces make of rest in one step.
+const SLOW: f64 = 2.0;
+
+/// Sweeps over the overlaps in one step; what they leave, the next step takes.
+const SWEEPS: usize = 50;
+
+/// What solvers leave, in their tolerance times ‖b‖: its norm is over all contacts, their errors add up over a few steps.
+const LEFT: f64 = 10.0;
+
+/// What is known of an active contact, beside what the step reports.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Entry<T> {
+    /// Gap at the start of the step (m), of a contact that lasts.
+    pub(super) gap: T,
+    /// h Σ_j |H_{Nj}| |a_j| (m/s).
+    slow: T,
+    /// Works and position works of the contact since it began (J).
+    account: T,
+}
+
+/// Lasting contacts, and what their islands make of θ.
+#[derive(Debug)]
+pub(super) struct Lasting<T> {
+    theta_rest: T,
+    /// Whether the law of each interface is proved for lasting contacts at θ_rest.
+    proved: Vec<bool>,
+    /// M does not couple islands.
+    separable: bool,
+    /// |a_j|; empty before the first step.
+    pull: Vec<T>,
+    /// Degrees of freedom that joints couple.
+    joined: Vec<(usize, usize)>,
+    /// Of the active contacts, in their order.
+    pub(super) entries: Vec<Entry<T>>,
+    /// Accounts of the contacts of the last step, ordered by identity.
+    accounts: Vec<(ContactId, T)>,
+    /// Largest predicted gap at which a contact of the last step still lasts (m).
+    reach: T,
+    /// What the last solve left of velocities (m/s).
+    left: T,
+    /// Whether θ differs from that of the scene anywhere in this step, and θ of every degree of freedom then.
+    changed: bool,
+    theta: Vec<T>,
+    /// A degree of freedom of the same island, itself for the one that stands for it; whether that island has an impact,
+    /// and its sums.
+    parent: Vec<usize>,
+    impact: Vec<bool>,
+    sums: Vec<[T; 2]>,
+    target: Vec<T>,
+    opening: Vec<T>,
+}
+
+/// [`Lasting`] as plain numbers.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "outputs", derive(serde::Serialize, serde::Deserialize))]
+pub(super) struct LastingMark {
+    reach: f64,
+    left: f64,
+    pull: Vec<f64>,
+    accounts: Vec<(u64, f64)>,
+}
+
+fn root(parent: &mut [usize], mut dof: usize) -> usize {
+    while parent[dof] != dof {
+        parent[dof] = parent[parent[dof]];
+        dof = parent[dof];
+    }
+    dof
+}
+
+fn join(parent: &mut [usize], one: usize, other: usize) {
+    let (one, other) = (root(parent, one), root(parent, other));
+    parent[one.max(other)] = one.min(other);
+}
+
+impl<T: Scalar> Lasting<T> {
+    /// `None` where the settings or the system know no lasting contacts.
+    pub(super) fn new<const D: usize, S: MechanicalSystem<T, D>, L: ContactLaw<T, D>>(
+        system: &S,
+        laws: &[L],
+        settings: &Settings<T>,
+        q: &[T],
+    ) -> Option<Self> {
+        let stiff = system.stiffness().is_some() || system.damping().is_some();
+        if !settings.lasting || stiff || system.nonlinear().is_some() || system.prescribed().is_some() {
+            return None;
+        }
+        let theta_rest = settings.theta_rest;
+        let claims = |law: &L| law.lasting_theta().is_some_and(|claim| claim.contains(&theta_rest));
+        let n = system.dofs();
+        let mut joints = BlockRows::<T, 1>::new();
+        system.joint_jacobian(q, &vec![T::zero(); n], &mut joints);
+        let mut joined = Vec::new();
+        for row in 0..joints.rows() {
+            let mut dofs = joints.row(row).map(|(dof, _)| dof);
+            if let Some(first) = dofs.next() {
+                joined.extend(dofs.map(|dof| (first, dof)));
+            }
+        }
+        Some(Self {
+            theta_rest,
+            proved: laws.iter().map(claims).collect(),
+            separable: matches!(system.mass(), Symmetric::Diagonal(_)),
+            pull: Vec::new(),
+            joined,
+            entries: Vec::new(),
+            accounts: Vec::new(),
+            reach: T::zero(),
+            left: T::zero(),
+            changed: false,
+            theta: vec![settings.theta; n],
+            parent: vec![0; n],
+            impact: vec![false; n],
+            sums: vec![[T::zero(); 2]; n],
+            target: Vec::new(),
+            opening: Vec::new(),
+        })
+    }
+
+    /// The gap that solves leave in a step of length h.
+    pub(super) fn noise(&self, step: T) -> T {
+        self.left * step
+    }
+
+    /// The largest gap at which a contact that lasts may be found.
+    pub(super) fn reach(&self) -> T {
+        self.reach
+    }
+
+    /// Forgets the contacts of the step before, whose list is made anew.
+    pub(super) fn clear(&mut self) {
+        self.entries.clear();
+    }
+
+    /// Whether a contact that carried a percussion lasts, with predicted gap `gap` beyond the tolerance on gaps and normal
+    /// velocity `rate` beyond that on velocities.
+    pub(super) fn lasts<const D: usize>(
+        &self,
+        rows: &BlockRows<T, D>,
+        row: usize,
+        step: T,
+        (gap, rate): (T, T),
+    ) -> bool {
+        let slow = self.slow(rows, row, step);
+        gap <= step * slow && nalgebra::ComplexField::abs(rate) <= lit::<T>(SLOW) * slow
+    }
+
+    fn slow<const D: usize>(&self, rows: &BlockRows<T, D>, row: usize, step: T) -> T {
+        let abs = nalgebra::ComplexField::abs;
+        let pull = |dof: usize| self.pull.get(dof).copied().unwrap_or_else(T::zero);
+        rows.row(row).fold(T::zero(), |sum, (dof, h)| sum + abs(h[0]) * pull(dof)) * step
+    }
+
+    pub(super) fn push<const D: usize>(
+        &mut self,
+        rows: &BlockRows<T, D>,
+        row: usize,
+        step: T,
+        (id, gap): (ContactId, T),
+    ) {
+        let place = self.accounts.binary_search_by_key(&id, |&(id, _)| id);
+        let account = place.map_or_else(|_| T::zero(), |place| self.accounts[place].1);
+        let slow = self.slow(rows, row, step);
+        self.entries.push(Entry { gap, slow, account });
+    }
+
+    /// Finds the islands and gives each its θ; `contacts` are the active ones, with H in `rows`.
+    pub(super) fn assign<const D: usize>(
+        &mut self,
+        theta: T,
+        rows: &BlockRows<T, D>,
+        contacts: &mut [ContactStep<T, D>],
+    ) {
+        self.changed = false;
+        if !contacts.iter().any(|contact| contact.lasting) {
+            return;
+        }
+        let Self { parent, impact, .. } = self;
+        parent
+            .iter_mut()
+            .enumerate()
+            .for_each(|(dof, parent)| *parent = if self.separable { dof } else { 0 });
+        impact.fill(false);
+        for row in 0..contacts.len() {
+            let mut dofs = rows.row(row).map(|(dof, _)| dof);
+            if let Some(first) = dofs.next() {
+                dofs.for_each(|dof| join(parent, first, dof));
+            }
+        }
+        self.joined.iter().for_each(|&(one, other)| join(parent, one, other));
+        if self.theta_rest == theta {
+            return;
+        }
+        for (row, contact) in contacts.iter().enumerate() {
+            if !(contact.lasting && self.proved[contact.interface])
+                && let Some((dof, _)) = rows.row(row).next()
+            {
+                impact[root(parent, dof)] = true;
+            }
+        }
+        self.theta.fill(theta);
+        for (row, contact) in contacts.iter_mut().enumerate() {
+            let Some((dof, _)) = rows.row(row).next() else { continue };
+            let island = root(parent, dof);
+            if !impact[island] {
+                self.theta[island] = self.theta_rest;
+                contact.theta = self.theta_rest;
+                self.changed = true;
+            }
+        }
+        for dof in 0..parent.len() {
+            self.theta[dof] = self.theta[root(parent, dof)];
+        }
+    }
+
+    /// θ of every degree of freedom, where it is not that of the scene everywhere.
+    pub(super) fn theta(&self) -> Option<&[T]> {
+        self.changed.then_some(self.theta.as_slice())
+    }
+
+    /// Notes what a solve to `tolerance` left.
+    pub(super) fn note<const D: usize>(&mut self, problem: &ConeProblem<T, D>, tolerance: T) {
+        self.left = lit::<T>(LEFT) * tolerance * problem.b_norm();
+    }
+
+    /// Keeps what the next step asks for.
+    pub(super) fn accept<const D: usize>(&mut self, contacts: &[ContactStep<T, D>], step: T) {
+        self.accounts.clear();
+        self.reach = T::zero();
+        for (contact, entry) in contacts.iter().zip(&self.entries) {
+            self.accounts.push((contact.id, entry.account));
+            self.reach = nalgebra::RealField::max(self.reach, entry.slow * step);
+        }
+    }
+
+    pub(super) fn mark(&self) -> LastingMark {
+        LastingMark {
+            reach: to_f64(self.reach),
+            left: to_f64(self.left),
+            pull: self.pull.iter().map(|&x| to_f64(x)).collect(),
+            accounts: self.accounts.iter().map(|&(id, x)| (id.0, to_f64(x))).collect(),
+        }
+    }
+
+    /// Goes to a mark, if it is one of a scene of this size.
+    pub(super) fn restore(&mut self, mark: &LastingMark) -> Option<()> {
+        if !(mark.pull.is_empty() || mark.pull.len() == self.parent.len()) {
+            return None;
+        }
+        (self.reach, self.left) = (lit(mark.reach), lit(mark.left));
+        self.pull = mark.pull.iter().map(|&x| lit(x)).collect();
+        self.accounts = mark.accounts.iter().map(|&(id, x)| (ContactId(id), lit(x))).collect();
+        self.accounts.sort_unstable_by_key(|&(id, _)| id);
+        Some(())
+    }
+}
+
+impl<T, const D: usize, S, L, V> ThetaScheme<T, D, S, L, V>
+where
+    T: Scalar,
+    S: MechanicalSystem<T, D>,
+    L: ContactLaw<T, D>,
+    V: ConeSolver<T, D>,
+{
+    /// No contact lasts from here on: the rule of the active set and the θ of the scene hold everywhere.
+    pub(crate) fn without_lasting_contacts(&mut self) {
+        self.lasting = None;
+    }
+
+    /// |M̂⁻¹F| of the step that is being made.
+    pub(super) fn set_pull(&mut self) {
+        let Self { system, lasting, next: Next { force, scratch, .. }, factor, .. } = self;
+        let Some(lasting) = lasting else { return };
+        if lasting.pull.len() == force.len() && !system.forces().varies() {
+            return;
+        }
+        scratch.copy_from_slice(force);
+        factor.solve_in_place(scratch);
+        lasting.pull.clear();
+        lasting.pull.extend(scratch.iter().map(|&a| nalgebra::ComplexField::abs(a)));
+    }
+
+    /// q_{k+1} ← q_{k+1} + Δq where lasting contacts overlap; the position work, Σ −F·Δq.
+    pub(super) fn correct_positions(&mut self) -> T {
+        let Self {
+            system,
+            settings: Settings { step: h, .. },
+            tolerances: (tolerance, _),
+            next: Next { q, v_free, scratch, impulse, contacts, .. },
+            lasting,
+            jacobian,
+            factor,
+            joints,
+            problem,
+            ..
+        } = self;
+        let Some(lasting) = lasting else { return T::zero() };
+        let larger = nalgebra::RealField::max;
+        let zero = T::zero();
+        for (entry, contact) in lasting.entries.iter_mut().zip(contacts.iter()) {
+            entry.account += contact.normal_work + contact.tangential_work;
+        }
+        let held = |contact: &ContactStep<T, D>| contact.lasting && contact.percussion[0] > zero;
+        let tolerance = larger(*tolerance, lasting.noise(*h));
+        let overlaps = |contact: &ContactStep<T, D>| held(contact) && system.gap(contact.id, q) < -tolerance;
+        if !contacts.iter().any(overlaps) {
+            return zero;
+        }
+        let (target, opening) = (&mut lasting.target, &mut lasting.opening);
+        target.clear();
+        // Contacts that do not last are not opened, but not closed further either.
+        target.extend(contacts.iter().map(|contact| {
+            let gap = system.gap(contact.id, q);
+            if held(contact) { gap } else { larger(gap, zero) }
+        }));
+        opening.clear();
+        opening.resize(contacts.len(), zero);
+        let w = problem.delassus();
+        for _ in 0..SWEEPS {
+            let mut moved = zero;
+            for i in 0..contacts.len() {
+                let mut diagonal = zero;
+                let mut gap = target[i];
+                for (j, block) in w.row(i) {
+                    gap += block[(0, 0)] * opening[j];
+                    if i == j {
+                        diagonal = block[(0, 0)];
+                    }
+                }
+                let next = larger(opening[i] - gap / diagonal, zero);
+                // Written so that a row without motion, whose quotient is no number, stays.
+                if diagonal > zero && next != opening[i] {
+                    moved = larger(moved, nalgebra::ComplexField::abs(next - opening[i]) * diagonal);
+                    opening[i] = next;
+                }
+            }
+            if moved <= tolerance {
+                break;
+            }
+        }
+        // What each island has taken, and what its opening would give.
+        lasting.sums.fill([zero; 2]);
+        let mut island = |row: usize| jacobian.row(row).next().map(|(dof, _)| root(&mut lasting.parent, dof));
+        let work = |row: usize, contact: &ContactStep<T, D>, opening: T| {
+            -opening * (jacobian.velocity(row, v_free)[0] - contact.before[0]) / *h
+        };
+        for (row, contact) in contacts.iter().enumerate() {
+            let Some(island) = island(row) else { continue };
+            let sums = &mut lasting.sums[island];
+            sums[0] -= lasting.entries[row].account;
+            sums[1] += work(row, contact, opening[row]);
+        }
+        impulse.fill(zero);
+        let mut total = zero;
+        for (row, contact) in contacts.iter().enumerate() {
+            let Some(island) = island(row) else { continue };
+            let [taken, given] = lasting.sums[island];
+            if given > taken {
+                opening[row] *= larger(taken, zero) / given;
+            }
+            let work = work(row, contact, opening[row]);
+            lasting.entries[row].account += work;
+            total += work;
+            let mut normal = SVector::<T, D>::zeros();
+            normal[0] = opening[row];
+            jacobian.add_transpose(row, &normal, impulse);
+        }
+        scratch.copy_from_slice(impulse);
+        factor.solve_in_place(scratch);
+        if !joints.is_empty() {
+            joints.constrain(factor, scratch);
+        }
+        axpy(q, T::one(), scratch);
+        total
+    }
+}
