@@ -44,7 +44,7 @@ use super::{ContactStep, Settings, ThetaScheme};
 use crate::cone::ConeProblem;
 use crate::contact::ContactId;
 use crate::laws::ContactLaw;
-use crate::linalg::{BlockRows, Symmetric, axpy};
+use crate::linalg::{BlockRows, Symmetric, axpy, dot};
 use crate::scalar::{Scalar, lit, to_f64};
 use crate::solver::ConeSolver;
 use crate::system::MechanicalSystem;
@@ -384,7 +384,7 @@ where
             system,
             settings: Settings { step: h, .. },
             tolerances: (tolerance, _),
-            next: Next { q, v_free, scratch, impulse, contacts, .. },
+            next: Next { q, v_free, force, scratch, impulse, contacts, .. },
             lasting,
             jacobian,
             factor,
@@ -450,14 +450,12 @@ where
             sums[1] += work(row, contact, opening[row]);
         }
         impulse.fill(zero);
-        let mut total = zero;
         for (row, contact) in contacts.iter().enumerate() {
             let Some(island) = island(row) else { continue };
             let [taken, given] = lasting.sums[island];
             let most = larger(taken, zero);
             let share = if given > most { most / given } else { T::one() };
             opening[row] *= share;
-            total += work(row, contact, opening[row]);
             // Every contact of the island pays in proportion to what it has taken.
             if taken > zero {
                 lasting.entries[row].account *= (taken - share * given) / taken;
@@ -468,10 +466,17 @@ where
         }
         scratch.copy_from_slice(impulse);
         factor.solve_in_place(scratch);
-        if !joints.is_empty() {
-            joints.constrain(factor, scratch);
+        if joints.is_empty() {
+            axpy(q, T::one(), scratch);
+            return -dot(force, scratch);
         }
+        joints.constrain(factor, scratch);
+        impulse.copy_from_slice(q);
         axpy(q, T::one(), scratch);
-        total
+        joints.close(system, factor, (impulse, q), scratch);
+        q.iter()
+            .zip(impulse.iter())
+            .zip(force.iter())
+            .fold(zero, |work, ((&to, &from), &f)| work - f * (to - from))
     }
 }

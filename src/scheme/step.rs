@@ -146,7 +146,9 @@ where
                 lasts = pace == Pace::Lasting || !closing;
                 if pace == Pace::Lasting || gap <= gap_tolerance {
                     let slow = pace != Pace::Fast;
+                    // What is closed to the tolerance is closed: its rounding is no motion.
                     let start = if slow { self.system.gap(id, &self.state.q) } else { T::zero() };
+                    let start = if start > gap_tolerance { start } else { T::zero() };
                     lasting.push(&self.jacobian, row, h, (id, start), pace);
                 } else {
                     self.jacobian.truncate(row);
