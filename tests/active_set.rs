@@ -138,8 +138,8 @@ fn a_contact_that_lasts_stays_on_a_curved_obstacle() {
                 let lasting = slide(bead, steps, true);
                 let dropped = lasting.touching.iter().filter(|&&touching| !touching).count();
                 assert!(dropped <= 3, "{side:?}, e = {e}, {rule:?}: {dropped} of {steps}");
-                // A step off the tangent leaves ½ v² h² / R, and the next takes it back.
-                let bound = 4.0 * speed.max(1.0).powi(2) * STEP * STEP;
+                // The predicted gap carries the g h of a step and the v h that the tangent turns by.
+                let bound = 2.0 * (GRAVITY + speed * speed) * STEP * STEP;
                 assert!(
                     lasting.penetration <= bound,
                     "{side:?}, e = {e}, {rule:?}: {:e}",
