@@ -3,8 +3,8 @@
 //! # Lasting contacts
 //!
 //! A contact *lasts* from where it carried a percussion in the last step and is slow: |u_{N,k}| ≤ 2 s, with the speed
-//! s = h Σ_j |H_{Nj}| |a_j| that the forces' accelerations a = M̂⁻¹F make of rest in one step (g h on the ground, 2 g h
-//! between bodies). Such a contact is no impact. Its law answers with the restitution e* = (1−θ)/θ in place of e
+//! s = h Σ √(H_N M⁻¹ H_Nᵀ) √(F·M⁻¹F), summed over its bodies, that their forces make of rest in one step (g h at a disc on
+//! the ground, and at one on a wall: what falls also rolls). Such a contact is no impact. Its law answers with the restitution e* = (1−θ)/θ in place of e
 //! ([`Response::lasting`](crate::laws::Response::lasting)), and so does one that separates, u_{N,k} > 0, at any speed: with w = u_{k+1} + (e* u_{N,k} + c/θ, e_T u_{T,k}), c ≥ 0,
 //!
 //! ```text
@@ -58,6 +58,9 @@ const SLOW: f64 = 2.0;
 /// Sweeps over the overlaps in one step; what they leave, the next step takes.
 const SWEEPS: usize = 50;
 
+/// How far contacts are opened, in the largest overlap of their island: one may open several.
+const MOST_OPENED: f64 = 2.0;
+
 /// What solvers leave, in their tolerance times ‖b‖: its norm is over all contacts, their errors add up over a few steps.
 const LEFT: f64 = 10.0;
 
@@ -81,7 +84,7 @@ pub(super) struct Entry<T> {
     slow: bool,
     /// Whether it does where the others of its island last.
     joins: bool,
-    /// h Σ_j |H_{Nj}| |a_j| (m/s).
+    /// What the forces make of rest in one step (m/s).
     fall: T,
     /// What the contact has done since it began: works, its part of numerical dissipation and of position work (J); ≤ 0.
     account: T,
@@ -103,7 +106,11 @@ pub(super) struct Lasting<T> {
     proved: Vec<bool>,
     /// M does not couple islands.
     separable: bool,
-    /// |a_j|; empty before the first step.
+    /// Degrees of freedom of a body, and their 1/M_jj; where there are no bodies, or M is no diagonal, each degree of freedom
+    /// counts for itself.
+    unit: usize,
+    mobility: Vec<T>,
+    /// √(F·M⁻¹F) of every body; empty before the first step.
     pull: Vec<T>,
     /// Degrees of freedom that joints couple.
     joined: Vec<(usize, usize)>,
@@ -122,7 +129,7 @@ pub(super) struct Lasting<T> {
     /// and its sums.
     parent: Vec<usize>,
     impact: Vec<bool>,
-    sums: Vec<[T; 2]>,
+    sums: Vec<[T; 4]>,
     target: Vec<T>,
     opening: Vec<T>,
 }
@@ -174,7 +181,14 @@ impl<T: Scalar> Lasting<T> {
                 joined.extend(dofs.map(|dof| (first, dof)));
             }
         }
+        let unit = system.body_dofs().filter(|&unit| unit > 0 && n.is_multiple_of(unit));
+        let (unit, mobility) = match system.mass() {
+            Symmetric::Diagonal(mass) => (unit.unwrap_or(1), mass.iter().map(|&m| T::one() / m).collect()),
+            _ => (1, vec![T::one(); n]),
+        };
         Some(Self {
+            unit,
+            mobility,
             theta_rest,
             proved: laws.iter().map(claims).collect(),
             separable: matches!(system.mass(), Symmetric::Diagonal(_)),
@@ -188,7 +202,7 @@ impl<T: Scalar> Lasting<T> {
             theta: vec![settings.theta; n],
             parent: vec![0; n],
             impact: vec![false; n],
-            sums: vec![[T::zero(); 2]; n],
+            sums: vec![[T::zero(); 4]; n],
             target: Vec::new(),
             opening: Vec::new(),
         })
@@ -236,10 +250,21 @@ impl<T: Scalar> Lasting<T> {
         self.before.binary_search_by_key(&id, |last| last.id).ok().map(|place| &self.before[place])
     }
 
+    /// What the forces make of rest in one step at a contact, whatever the direction of its normal: Σ over the bodies of
+    /// h √(H_N M⁻¹ H_Nᵀ) √(F·M⁻¹F).
     fn fall<const D: usize>(&self, rows: &BlockRows<T, D>, row: usize, step: T) -> T {
-        let abs = nalgebra::ComplexField::abs;
-        let pull = |dof: usize| self.pull.get(dof).copied().unwrap_or_else(T::zero);
-        rows.row(row).fold(T::zero(), |sum, (dof, h)| sum + abs(h[0]) * pull(dof)) * step
+        let sqrt = nalgebra::ComplexField::sqrt;
+        let pull = |body: usize| self.pull.get(body).copied().unwrap_or_else(T::zero);
+        let (mut sum, mut last, mut mobility) = (T::zero(), None, T::zero());
+        for (dof, h) in rows.row(row) {
+            let body = dof / self.unit;
+            if let Some(other) = last.replace(body).filter(|&other| other != body) {
+                sum += sqrt(mobility) * pull(other);
+                mobility = T::zero();
+            }
+            mobility += h[0] * h[0] * self.mobility[dof];
+        }
+        step * (sum + last.map_or_else(T::zero, |body| sqrt(mobility) * pull(body)))
     }
 
     pub(super) fn push<const D: usize>(
@@ -325,7 +350,7 @@ impl<T: Scalar> Lasting<T> {
         rows: &BlockRows<T, D>,
         contacts: usize,
     ) {
-        self.sums.fill([T::zero(); 2]);
+        self.sums.fill([T::zero(); 4]);
         for dof in 0..self.theta.len() {
             let island = root(&mut self.parent, dof);
             self.sums[island][0] += loss(dof, self.theta[dof]);
@@ -336,7 +361,7 @@ impl<T: Scalar> Lasting<T> {
         }
         for row in 0..contacts {
             let Some(island) = self.island(rows, row) else { continue };
-            let [loss, contacts] = self.sums[island];
+            let [loss, contacts, ..] = self.sums[island];
             self.entries[row].account += nalgebra::RealField::min(loss, T::zero()) / contacts;
         }
     }
@@ -402,7 +427,7 @@ impl<T: Scalar> Lasting<T> {
 
     /// Goes to a mark, if it is one of a scene of this size.
     pub(super) fn restore(&mut self, mark: &LastingMark) -> Option<()> {
-        if !(mark.pull.is_empty() || mark.pull.len() == self.parent.len()) {
+        if !(mark.pull.is_empty() || mark.pull.len() * self.unit == self.parent.len()) {
             return None;
         }
         (self.reach, self.left) = (lit(mark.reach), lit(mark.left));
@@ -426,17 +451,22 @@ where
         self.lasting = None;
     }
 
-    /// |M̂⁻¹F| of the step that is being made.
+    /// √(F·M⁻¹F) of the bodies, in the step that is being made.
     pub(super) fn set_pull(&mut self) {
         let Self { system, lasting, next: Next { force, scratch, .. }, factor, .. } = self;
         let Some(lasting) = lasting else { return };
-        if lasting.pull.len() == force.len() && !system.forces().varies() {
+        if !lasting.pull.is_empty() && !system.forces().varies() {
             return;
         }
         scratch.copy_from_slice(force);
         factor.solve_in_place(scratch);
-        lasting.pull.clear();
-        lasting.pull.extend(scratch.iter().map(|&a| nalgebra::ComplexField::abs(a)));
+        let Lasting { pull, mobility, unit, .. } = lasting;
+        pull.clear();
+        let bodies = scratch.chunks(*unit).zip(mobility.chunks(*unit));
+        pull.extend(bodies.map(|(accelerations, mobility)| {
+            let sum = accelerations.iter().zip(mobility).fold(T::zero(), |sum, (&a, &w)| sum + a * a / w);
+            nalgebra::ComplexField::sqrt(sum)
+        }));
     }
 
     /// q_{k+1} ← q_{k+1} + Δq where lasting contacts overlap; the position work, −F·Δq.
@@ -474,27 +504,34 @@ where
 
     /// Moves the bodies by the openings found, as far as their islands can pay for.
     fn displace(&mut self) -> T {
-        let Self {
-            system, settings: Settings { step: h, .. }, next, lasting, jacobian, factor, joints, ..
-        } = self;
+        let Self { system, settings: Settings { step: h, .. }, next, lasting, jacobian, .. } = self;
+        let (w, factor, joints) = (self.problem.delassus(), &mut self.factor, &mut self.joints);
         let Some(lasting) = lasting else { return T::zero() };
         let Next { q, v_free, force, scratch, impulse, contacts, .. } = next;
         // H_N M̂⁻¹F, the acceleration that pulls a contact open.
         let pull = |row: usize, contact: &ContactStep<T, D>| {
             (jacobian.velocity(row, v_free)[0] - contact.before[0]) / *h
         };
-        lasting.sums.fill([T::zero(); 2]);
+        let larger = nalgebra::RealField::max;
+        lasting.sums.fill([T::zero(); 4]);
         for (row, contact) in contacts.iter().enumerate() {
             let Some(island) = lasting.island(jacobian, row) else { continue };
-            lasting.sums[island][0] -= lasting.entries[row].account;
-            lasting.sums[island][1] -= lasting.opening[row] * pull(row, contact);
+            let opens =
+                w.row(row).fold(T::zero(), |sum, (j, block)| sum + block[(0, 0)] * lasting.opening[j]);
+            let sums = &mut lasting.sums[island];
+            sums[0] -= lasting.entries[row].account;
+            sums[1] -= lasting.opening[row] * pull(row, contact);
+            sums[2] = larger(sums[2], opens);
+            sums[3] = larger(sums[3], -lasting.target[row]);
         }
         impulse.fill(T::zero());
         for row in 0..contacts.len() {
             let Some(island) = lasting.island(jacobian, row) else { continue };
-            let [taken, given] = lasting.sums[island];
-            let most = nalgebra::RealField::max(taken, T::zero());
-            let share = if given > most { most / given } else { T::one() };
+            let [taken, given, opened, overlap] = lasting.sums[island];
+            let part = |of: T, most: T| if of > most { most / of } else { T::one() };
+            // Overlaps that contradict each other, of what is wedged, would throw the rest about.
+            let share = part(opened, lit::<T>(MOST_OPENED) * overlap);
+            let share = nalgebra::RealField::min(share, part(given, larger(taken, T::zero())));
             // Every contact of the island pays in proportion to what it has taken.
             if taken > T::zero() {
                 lasting.entries[row].account *= (taken - share * given) / taken;
