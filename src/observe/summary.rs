@@ -111,6 +111,10 @@ pub struct RunSummary {
     pub max_residual: f64,
     /// Iterations of the cone solver, summed.
     pub solver_iterations: usize,
+    /// Steps whose cone problem the chosen solver missed and another start or method solved
+    /// ([`rescue`](crate::solver::rescue)).
+    #[serde(default)]
+    pub rescues: usize,
     /// Number of impacts.
     pub impact_count: usize,
     /// The first impacts, at most 10,000.
@@ -199,6 +203,7 @@ impl<T: Scalar, const D: usize> Observer<T, D> for SummaryRecorder {
             max_imbalance: 0.0,
             max_residual: 0.0,
             solver_iterations: 0,
+            rescues: 0,
             impact_count: 0,
             impacts: Vec::new(),
             stopped: None,
@@ -221,6 +226,7 @@ impl<T: Scalar, const D: usize> Observer<T, D> for SummaryRecorder {
         if let Some(solution) = &step.solution {
             summary.max_residual = summary.max_residual.max(to_f64(solution.residual.scaled));
             summary.solver_iterations += solution.iterations;
+            summary.rescues += usize::from(solution.rescued_by.is_some());
         }
         let roundoff = work_roundoff::<T>() * summary.max_energy;
         let mut positive = false;

@@ -15,7 +15,7 @@ use crate::energy::{Balance, Energies};
 use crate::laws::{Approach, ContactLaw};
 use crate::linalg::{Factor, axpy, dot, sums};
 use crate::scalar::{Scalar, all_finite, lit, to_f64};
-use crate::solver::{ConeSolver, Solution};
+use crate::solver::{ConeSolver, Solution, solve_or_rescue};
 use crate::system::{MechanicalSystem, Prescribed};
 
 /// Most that percussions are scaled by to start the next step with, where its length is another.
@@ -237,7 +237,8 @@ where
             if contacts > 1 {
                 choose_start(problem, warm_start, older, solver.stopping().tolerance);
             }
-            solver.solve(problem, warm_start, percussions).map_err(|source| (contacts, source))
+            solve_or_rescue(solver, problem, (warm_start, older), percussions)
+                .map_err(|source| (contacts, source))
         };
         exchange(problem);
         if let Some(lasting) = &mut self.lasting {
