@@ -67,6 +67,7 @@ where
         let position_work = self.correct_positions();
         // E_{k+1} − E_k = W_ext + W_damp + (½−θ)(…) + Σ u_{k+θ}·p                                (56)
         let (energies, balance) = self.balance(position_work)?;
+        self.set_work_bounds(solution.as_ref());
         self.accept(solution, energies, balance);
         done(Part::Ledger);
         Ok(&self.last)
