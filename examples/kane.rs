@@ -7,7 +7,8 @@
 
 use nalgebra::{Matrix2, Vector2};
 use nonsmooth::cone::{BlockMatrix, ConeProblem, Status, status};
-use nonsmooth::laws::{self, ContactLaw};
+use nonsmooth::contact::pose;
+use nonsmooth::laws::{self, Approach, ContactLaw};
 use nonsmooth::solver::{self, ConeSolver, Stopping};
 
 /// Two uniform rods, m = 1 kg and L = 1 m each, the first hinged to a fixed point, the second to its end. Both hang,
@@ -77,14 +78,14 @@ pub(crate) fn impact(
     solver: &mut dyn ConeSolver<f64, 2>,
 ) -> Result<Outcome, Box<dyn std::error::Error>> {
     let (w, before) = (pendulum.delassus(), pendulum.before());
-    let b = before + law.evaluate(&before, 0.5).b_shift(&before);
-    let problem = ConeProblem::new(BlockMatrix::from_fn(1, |_, _| w), vec![b], vec![law.friction()])?;
+    let (b, friction) = pose(law, &Approach::impact(before, 0.5), &before)?;
+    let problem = ConeProblem::new(BlockMatrix::from_fn(1, |_, _| w), vec![b], vec![friction])?;
     let mut p = [Vector2::zeros()];
     solver.solve(&problem, &[Vector2::zeros()], &mut p)?;
     let [percussion] = p;
     let after = w * percussion + before;
     let work = ((after + before) * 0.5).component_mul(&percussion);
-    Ok(Outcome { after, percussion, status: status(&percussion, law.friction(), 1e-9), work })
+    Ok(Outcome { after, percussion, status: status(&percussion, friction, 1e-9), work })
 }
 
 pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {

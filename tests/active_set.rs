@@ -24,6 +24,17 @@ type Law = Box<dyn ContactLaw<f64, 2>>;
 type Bead = ThetaScheme<f64, 2, Lagrangian<f64, 2>, Law, Box<dyn ConeSolver<f64, 2>>>;
 
 fn bead(side: Side, speed: f64, law: Law, rule: ActivationRule, solver: &str) -> Bead {
+    // The rules as they stand: contacts that last would be kept under any of them.
+    bead_with(side, speed, law, (rule, false), solver)
+}
+
+fn bead_with(
+    side: Side,
+    speed: f64,
+    law: Law,
+    (rule, lasting): (ActivationRule, bool),
+    solver: &str,
+) -> Bead {
     let sign = if side == Side::Dome { 1.0 } else { -1.0 };
     let contact = SmoothGap::new(
         move |q: &[f64]| sign * (q[0].hypot(q[1]) - 1.0),
@@ -36,7 +47,7 @@ fn bead(side: Side, speed: f64, law: Law, rule: ActivationRule, solver: &str) ->
     let system = Lagrangian::new(Symmetric::diagonal(vec![1.0; 2]).expect("finite"));
     let system = system.with_forces(Forces::constant(vec![0.0, -GRAVITY])).expect("finite");
     let system = system.with_contact(0, contact).with_scales(1.0, 1.0);
-    let settings = Settings { activation: Activation::new(rule), ..Settings::new(0.5, STEP) };
+    let settings = Settings { activation: Activation::new(rule), lasting, ..Settings::new(0.5, STEP) };
     let solver = solver::build(solver, Stopping::default()).expect("a registered solver");
     ThetaScheme::new(system, vec![law], solver, settings, 0.0, vec![0.0, sign], vec![speed, 0.0])
         .expect("a bead")
@@ -115,4 +126,26 @@ fn newtons_law_works_on_a_closed_contact_that_separates() {
     };
     assert_eq!(newton(ActivationRule::MoreauJean), 0.0);
     assert!(newton(ActivationRule::PredictedGap) > 1e-13);
+}
+
+/// A contact that lasts takes no restitution and stays: the bead follows the obstacle, whatever e and the rule.
+#[test]
+fn a_contact_that_lasts_stays_on_a_curved_obstacle() {
+    for (side, speed, steps) in [(Side::Dome, 0.3, 300), (Side::Bowl, 2.0, 1000)] {
+        for e in [0.0, 0.5, 1.0] {
+            for rule in [ActivationRule::MoreauJean, ActivationRule::PredictedGap] {
+                let bead = bead_with(side, speed, fremond(e, 0.0), (rule, true), "nsgs");
+                let lasting = slide(bead, steps, true);
+                let dropped = lasting.touching.iter().filter(|&&touching| !touching).count();
+                assert!(dropped <= 3, "{side:?}, e = {e}, {rule:?}: {dropped} of {steps}");
+                // The predicted gap carries the g h of a step and the v h that the tangent turns by.
+                let bound = 2.0 * (GRAVITY + speed * speed) * STEP * STEP;
+                assert!(
+                    lasting.penetration <= bound,
+                    "{side:?}, e = {e}, {rule:?}: {:e}",
+                    lasting.penetration
+                );
+            }
+        }
+    }
 }

@@ -61,7 +61,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "system",
         ],
     ),
-    ("suite", &["cone", "laws", "linalg", "scalar", "scheme", "solver", "system"]),
+    ("suite", &["cone", "contact", "laws", "linalg", "scalar", "scheme", "solver", "system"]),
     (
         "cli",
         &[

@@ -57,7 +57,9 @@ fn what_sleeps_stands_as_if_it_were_computed_and_wakes_when_touched() {
         asleep.step().expect("squares");
         let sleepers = sleeping(&asleep);
         woken |= sleepers < most;
-        most = most.max(sleepers);
+        if !woken {
+            most = sleepers;
+        }
         assert_eq!(sleeping(&awake), 0);
         // Who sleeps is reported, in the order of identities and with the force that holds it.
         let (one, other) = (&awake.last_step().contacts, &asleep.last_step().contacts);

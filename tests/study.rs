@@ -160,8 +160,13 @@ fn the_closed_form_of_the_ball_is_its_event_driven_motion() {
     for (a, b) in closed.rows.iter().zip(&driven.rows) {
         for measure in MEASURES {
             let [a, b] = [a, b].map(|row| (measure.absolute)(&row.outcome.errors));
-            // The integrator lets the ball rest where its speed is 1e-13 of the scene's, 1e-12 s too early.
-            assert!(a.is_finite() && a > 0.0 && (a - b).abs() <= 1e-9 * a, "{}: {a}, {b}", measure.name);
+            // The integrator lets the ball rest where its speed is 1e-13 of the scene's, 1e-12 s too early: m g 1e-12 s
+            // of percussion.
+            assert!(
+                a.is_finite() && a > 0.0 && (a - b).abs() <= 1e-9 * a + 2e-11,
+                "{}: {a}, {b}",
+                measure.name
+            );
         }
     }
 }

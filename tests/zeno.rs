@@ -43,6 +43,13 @@ fn scene(step: f64) -> Scene {
     scene
 }
 
+/// The rule of the active set taken literally.
+fn literal(step: f64) -> Scene {
+    let mut scene = scene(step);
+    scene.time.lasting = false;
+    scene
+}
+
 /// A run: times of the impacts, and (t, y, ẏ) from the exact time of rest on.
 struct Run {
     impacts: Vec<f64>,
@@ -101,12 +108,12 @@ fn sinking_speed(step: f64) -> f64 {
 }
 
 #[test]
-fn after_the_last_impact_the_ball_rests_within_first_order_of_the_step() {
+fn under_the_literal_rule_the_ball_rests_within_first_order_of_the_step() {
     let steps = log_spaced(1e-5, 1e-3, 60);
     for law in ["newton", "fremond"] {
         let (mut heights, mut speeds) = (Vec::new(), Vec::new());
         for &h in &steps {
-            let run = run(&scene(h), law);
+            let run = run(&literal(h), law);
             // N flights at most 4h too long leave a time of 4Nh to bounce: a speed of 2Nh g, a height of 2N²h² g.
             let late = bounces(h) * h;
             for &[time, y, v] in &run.rest {
@@ -130,7 +137,7 @@ fn after_the_last_impact_the_ball_rests_within_first_order_of_the_step() {
 fn on_the_floor_the_papers_rule_sinks_and_the_predicted_gap_does_not() {
     let h = 1e-4;
     let sink = |rule| {
-        let mut scene = scene(h);
+        let mut scene = literal(h);
         scene.time.activation = rule;
         let run = run(&scene, "fremond");
         let [time, y, _] = run.rest[run.rest.len() / 2];
@@ -142,4 +149,26 @@ fn on_the_floor_the_papers_rule_sinks_and_the_predicted_gap_does_not() {
     assert!((paper / sinking_speed(h) - 1.0).abs() <= 1e-3, "{paper:e}, exact {:e}", sinking_speed(h));
     // At rest but for rounding: 64 ε of the speed the other rule sinks at.
     assert!(gap.abs() <= 64.0 * f64::EPSILON * sinking_speed(h), "{gap:e}");
+}
+
+/// By default a contact that lasts is no impact: the ball comes to rest at once, on the floor, and stays.
+#[test]
+fn after_the_last_impact_the_ball_stands_still() {
+    for h in log_spaced(1e-5, 1e-3, 20) {
+        for law in ["newton", "fremond"] {
+            let run = run(&scene(h), law);
+            let late = bounces(h) * h;
+            let (mut moving, mut deepest) = (0.0_f64, 0.0_f64);
+            for &[time, y, v] in &run.rest {
+                deepest = deepest.min(y);
+                if v.abs() > 0.0 || y.abs() > 1e-12 * HEIGHT {
+                    moving = time;
+                }
+            }
+            // N flights at most 4h too long, and a few steps in which the gap closes.
+            assert!(moving <= rest_time() + (4.0 * late + 4.0 * h), "{law}, h = {h}: moves until {moving}");
+            // Within a step of the speed that rests.
+            assert!(deepest >= -2.0 * GRAVITY * h * h, "{law}, h = {h}: {deepest:e}");
+        }
+    }
 }

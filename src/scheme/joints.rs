@@ -137,6 +137,31 @@ impl<T: Scalar> Joints<T> {
         axpy(x, T::one(), &self.reaction);
     }
 
+    /// Takes what a motion from `from` to `to`, along the joints to first order, has opened: Newton's iteration with the rows
+    /// of the step, until rounding is left or nothing is gained.
+    pub(super) fn close<const D: usize, S: MechanicalSystem<T, D>>(
+        &mut self,
+        system: &S,
+        mass: &mut Factor<T>,
+        (from, to): (&[T], &mut [T]),
+        scratch: &mut [T],
+    ) {
+        let mut last = T::infinity_impl();
+        loop {
+            let (open, _) = self.opening(system, from, to);
+            if !(open < last * lit::<T>(0.5)) {
+                return;
+            }
+            last = open;
+            for i in 0..self.count {
+                self.multipliers[i] = self.residual[0][i] - self.residual[1][i];
+            }
+            scratch.fill(T::zero());
+            self.react(mass, scratch);
+            axpy(to, T::one(), scratch);
+        }
+    }
+
     /// max |φ(q_{k+1}) − φ(q_k)|, and the row.
     pub(super) fn opening<const D: usize, S: MechanicalSystem<T, D>>(
         &mut self,

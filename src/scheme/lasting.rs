@@ -2,10 +2,10 @@
 //!
 //! # Lasting contacts
 //!
-//! A contact *lasts* where it carried a percussion in the last step and is slow: |u_{N,k}| ≤ 2 s, with the speed
+//! A contact *lasts* from where it carried a percussion in the last step and is slow: |u_{N,k}| ≤ 2 s, with the speed
 //! s = h Σ_j |H_{Nj}| |a_j| that the forces' accelerations a = M̂⁻¹F make of rest in one step (g h on the ground, 2 g h
 //! between bodies). Such a contact is no impact. Its law answers with the restitution e* = (1−θ)/θ in place of e
-//! ([`Response::lasting`](crate::laws::Response::lasting)): with w = u_{k+1} + (e* u_{N,k} + c/θ, e_T u_{T,k}), c ≥ 0,
+//! ([`Response::lasting`](crate::laws::Response::lasting)), and so does one that separates, u_{N,k} > 0, at any speed: with w = u_{k+1} + (e* u_{N,k} + c/θ, e_T u_{T,k}), c ≥ 0,
 //!
 //! ```text
 //!   u_{k+θ}·p = θ [ −μ‖w_T‖ p_N − (c/θ) p_N + (e* − e_T) u_{T,k}·p_T ]
@@ -13,7 +13,10 @@
 //!
 //! the normal part of which is never positive, whatever θ, u_{N,k} and the active set are; with e_T = e* (Frémond, Moreau;
 //! Newton where θ = 1) neither is the rest. It also stays in the active set through rounding, while its predicted gap is
-//! below h s: to drop a contact that carries a body because u_N = +1e-13 lets the body fall for a step.
+//! below h s: to drop a contact that carries a body because u_N = +1e-13 lets the body fall for a step. So with lasting
+//! contacts the active set is that of predicted gaps, under rule (55) too: what (55) adds to it, that a contact which
+//! separates is no impact, the law is told. A single contact that separates takes no percussion, so that nothing changes
+//! where contacts are alone.
 //!
 //! # θ of an island
 //!
@@ -30,10 +33,9 @@
 //! An impact within a step leaves an overlap or a gap of up to h |u_N|, which velocities alone never take back. After a step
 //! the contacts that last and overlap are opened by Δq = M̂⁻¹ H_Nᵀ π with 0 ≤ g + W_NN π ⟂ π ≥ 0, which moves no velocity.
 //! The work −F·Δq = −Σ_α π_α (H_N M̂⁻¹F)_α against the forces is in the ledger
-//! ([`Balance::position_work`](crate::energy::Balance)), contact by contact. It gives back at most what the contacts of
-//! the island have taken since they began: their works and position works together, summed over an island, are never
-//! positive, so that E_k + V_k of an island never exceeds what it had when its contacts began but for the work of forces
-//! that vary. Bodies that overlap without having lost energy (drawn so, say) stay as they are.
+//! ([`Balance::position_work`](crate::energy::Balance)). It gives back at most what the contacts of the island have taken
+//! since they began, and every contact pays in proportion to what it has taken: the sum of its works and of its part of the
+//! position work is never positive. Bodies that overlap without having lost energy (drawn so, say) stay as they are.
 
 use nalgebra::SVector;
 
@@ -42,7 +44,7 @@ use super::{ContactStep, Settings, ThetaScheme};
 use crate::cone::ConeProblem;
 use crate::contact::ContactId;
 use crate::laws::ContactLaw;
-use crate::linalg::{BlockRows, Symmetric, axpy};
+use crate::linalg::{BlockRows, Symmetric, axpy, dot};
 use crate::scalar::{Scalar, lit, to_f64};
 use crate::solver::ConeSolver;
 use crate::system::MechanicalSystem;
@@ -56,15 +58,38 @@ const SWEEPS: usize = 50;
 /// What solvers leave, in their tolerance times ‖b‖: its norm is over all contacts, their errors add up over a few steps.
 const LEFT: f64 = 10.0;
 
+/// How a contact enters a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Pace {
+    /// Not slow, or open.
+    Fast,
+    /// Slow, and new: an impact, unless its island is at rest.
+    Joining,
+    /// Slow, and it has carried or lasted before, or overlaps by more than a slow impact can.
+    Lasting,
+}
+
 /// What is known of an active contact, beside what the step reports.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Entry<T> {
-    /// Gap at the start of the step (m), of a contact that lasts.
+    /// Gap at the start of the step (m), of a contact that is slow.
     pub(super) gap: T,
+    /// Whether it lasts because it is slow, and not because it separates.
+    slow: bool,
+    /// Whether it does where the others of its island last.
+    joins: bool,
     /// h Σ_j |H_{Nj}| |a_j| (m/s).
-    slow: T,
+    fall: T,
     /// Works and position works of the contact since it began (J).
     account: T,
+}
+
+/// What is kept of a contact from one step to the next.
+#[derive(Debug, Clone, Copy)]
+struct Last<T> {
+    id: ContactId,
+    account: T,
+    slow: bool,
 }
 
 /// Lasting contacts, and what their islands make of θ.
@@ -81,8 +106,8 @@ pub(super) struct Lasting<T> {
     joined: Vec<(usize, usize)>,
     /// Of the active contacts, in their order.
     pub(super) entries: Vec<Entry<T>>,
-    /// Accounts of the contacts of the last step, ordered by identity.
-    accounts: Vec<(ContactId, T)>,
+    /// The contacts of the last step, ordered by identity.
+    before: Vec<Last<T>>,
     /// Largest predicted gap at which a contact of the last step still lasts (m).
     reach: T,
     /// What the last solve left of velocities (m/s).
@@ -106,7 +131,7 @@ pub(super) struct LastingMark {
     reach: f64,
     left: f64,
     pull: Vec<f64>,
-    accounts: Vec<(u64, f64)>,
+    before: Vec<(u64, f64, bool)>,
 }
 
 fn root(parent: &mut [usize], mut dof: usize) -> usize {
@@ -153,7 +178,7 @@ impl<T: Scalar> Lasting<T> {
             pull: Vec::new(),
             joined,
             entries: Vec::new(),
-            accounts: Vec::new(),
+            before: Vec::new(),
             reach: T::zero(),
             left: T::zero(),
             changed: false,
@@ -181,20 +206,34 @@ impl<T: Scalar> Lasting<T> {
         self.entries.clear();
     }
 
-    /// Whether a contact that carried a percussion lasts, with predicted gap `gap` beyond the tolerance on gaps and normal
-    /// velocity `rate` beyond that on velocities.
-    pub(super) fn lasts<const D: usize>(
+    /// The pace of a contact with predicted gap and normal velocity `(gap, rate)`; `carried` where it had a percussion in
+    /// the last step.
+    pub(super) fn pace<const D: usize>(
         &self,
-        rows: &BlockRows<T, D>,
-        row: usize,
+        (rows, row): (&BlockRows<T, D>, usize),
         step: T,
+        (id, carried): (ContactId, bool),
         (gap, rate): (T, T),
-    ) -> bool {
-        let slow = self.slow(rows, row, step);
-        gap <= step * slow && nalgebra::ComplexField::abs(rate) <= lit::<T>(SLOW) * slow
+        (gap_tolerance, velocity_tolerance): (T, T),
+    ) -> Pace {
+        let fall = self.fall(rows, row, step);
+        let most = lit::<T>(SLOW) * fall + velocity_tolerance;
+        if !(nalgebra::ComplexField::abs(rate) <= most) {
+            return Pace::Fast;
+        }
+        let lasted = || self.last(id).is_some_and(|last| last.slow);
+        if gap <= gap_tolerance + step * fall && (carried || lasted()) || gap < -(step * most + gap_tolerance)
+        {
+            return Pace::Lasting;
+        }
+        if gap <= gap_tolerance { Pace::Joining } else { Pace::Fast }
     }
 
-    fn slow<const D: usize>(&self, rows: &BlockRows<T, D>, row: usize, step: T) -> T {
+    fn last(&self, id: ContactId) -> Option<&Last<T>> {
+        self.before.binary_search_by_key(&id, |last| last.id).ok().map(|place| &self.before[place])
+    }
+
+    fn fall<const D: usize>(&self, rows: &BlockRows<T, D>, row: usize, step: T) -> T {
         let abs = nalgebra::ComplexField::abs;
         let pull = |dof: usize| self.pull.get(dof).copied().unwrap_or_else(T::zero);
         rows.row(row).fold(T::zero(), |sum, (dof, h)| sum + abs(h[0]) * pull(dof)) * step
@@ -206,11 +245,12 @@ impl<T: Scalar> Lasting<T> {
         row: usize,
         step: T,
         (id, gap): (ContactId, T),
+        pace: Pace,
     ) {
-        let place = self.accounts.binary_search_by_key(&id, |&(id, _)| id);
-        let account = place.map_or_else(|_| T::zero(), |place| self.accounts[place].1);
-        let slow = self.slow(rows, row, step);
-        self.entries.push(Entry { gap, slow, account });
+        let account = self.last(id).map_or_else(T::zero, |last| last.account);
+        let fall = self.fall(rows, row, step);
+        let (slow, joins) = (pace == Pace::Lasting, pace == Pace::Joining);
+        self.entries.push(Entry { gap, slow, joins, fall, account });
     }
 
     /// Finds the islands and gives each its θ; `contacts` are the active ones, with H in `rows`.
@@ -221,7 +261,7 @@ impl<T: Scalar> Lasting<T> {
         contacts: &mut [ContactStep<T, D>],
     ) {
         self.changed = false;
-        if !contacts.iter().any(|contact| contact.lasting) {
+        if !self.entries.iter().any(|entry| entry.slow) {
             return;
         }
         let Self { parent, impact, .. } = self;
@@ -230,6 +270,7 @@ impl<T: Scalar> Lasting<T> {
             .enumerate()
             .for_each(|(dof, parent)| *parent = if self.separable { dof } else { 0 });
         impact.fill(false);
+        self.theta.fill(theta);
         for row in 0..contacts.len() {
             let mut dofs = rows.row(row).map(|(dof, _)| dof);
             if let Some(first) = dofs.next() {
@@ -240,22 +281,29 @@ impl<T: Scalar> Lasting<T> {
         if self.theta_rest == theta {
             return;
         }
+        let island =
+            |parent: &mut [usize], row: usize| rows.row(row).next().map(|(dof, _)| root(parent, dof));
         for (row, contact) in contacts.iter().enumerate() {
-            if !(contact.lasting && self.proved[contact.interface])
-                && let Some((dof, _)) = rows.row(row).next()
-            {
-                impact[root(parent, dof)] = true;
-            }
+            let Some(island) = island(parent, row) else { continue };
+            let Entry { slow, joins, .. } = self.entries[row];
+            impact[island] |= !((slow || joins) && self.proved[contact.interface]);
         }
-        self.theta.fill(theta);
-        for (row, contact) in contacts.iter_mut().enumerate() {
-            let Some((dof, _)) = rows.row(row).next() else { continue };
-            let island = root(parent, dof);
-            if !impact[island] {
+        for row in 0..contacts.len() {
+            let Some(island) = island(parent, row) else { continue };
+            if self.entries[row].slow && !impact[island] {
                 self.theta[island] = self.theta_rest;
-                contact.theta = self.theta_rest;
                 self.changed = true;
             }
+        }
+        if !self.changed {
+            return;
+        }
+        for (row, contact) in contacts.iter_mut().enumerate() {
+            let Some(island) = island(parent, row) else { continue };
+            contact.theta = self.theta[island];
+            let rests = !impact[island] && contact.theta == self.theta_rest;
+            self.entries[row].slow |= rests;
+            contact.lasting |= rests;
         }
         for dof in 0..parent.len() {
             self.theta[dof] = self.theta[root(parent, dof)];
@@ -274,11 +322,11 @@ impl<T: Scalar> Lasting<T> {
 
     /// Keeps what the next step asks for.
     pub(super) fn accept<const D: usize>(&mut self, contacts: &[ContactStep<T, D>], step: T) {
-        self.accounts.clear();
+        self.before.clear();
         self.reach = T::zero();
         for (contact, entry) in contacts.iter().zip(&self.entries) {
-            self.accounts.push((contact.id, entry.account));
-            self.reach = nalgebra::RealField::max(self.reach, entry.slow * step);
+            self.before.push(Last { id: contact.id, account: entry.account, slow: entry.slow });
+            self.reach = nalgebra::RealField::max(self.reach, entry.fall * step);
         }
     }
 
@@ -287,7 +335,7 @@ impl<T: Scalar> Lasting<T> {
             reach: to_f64(self.reach),
             left: to_f64(self.left),
             pull: self.pull.iter().map(|&x| to_f64(x)).collect(),
-            accounts: self.accounts.iter().map(|&(id, x)| (id.0, to_f64(x))).collect(),
+            before: self.before.iter().map(|last| (last.id.0, to_f64(last.account), last.slow)).collect(),
         }
     }
 
@@ -298,8 +346,9 @@ impl<T: Scalar> Lasting<T> {
         }
         (self.reach, self.left) = (lit(mark.reach), lit(mark.left));
         self.pull = mark.pull.iter().map(|&x| lit(x)).collect();
-        self.accounts = mark.accounts.iter().map(|&(id, x)| (ContactId(id), lit(x))).collect();
-        self.accounts.sort_unstable_by_key(|&(id, _)| id);
+        let last = |&(id, account, slow)| Last { id: ContactId(id), account: lit(account), slow };
+        self.before = mark.before.iter().map(last).collect();
+        self.before.sort_unstable_by_key(|last| last.id);
         Some(())
     }
 }
@@ -335,7 +384,7 @@ where
             system,
             settings: Settings { step: h, .. },
             tolerances: (tolerance, _),
-            next: Next { q, v_free, scratch, impulse, contacts, .. },
+            next: Next { q, v_free, force, scratch, impulse, contacts, .. },
             lasting,
             jacobian,
             factor,
@@ -349,18 +398,19 @@ where
         for (entry, contact) in lasting.entries.iter_mut().zip(contacts.iter()) {
             entry.account += contact.normal_work + contact.tangential_work;
         }
-        let held = |contact: &ContactStep<T, D>| contact.lasting && contact.percussion[0] > zero;
         let tolerance = larger(*tolerance, lasting.noise(*h));
-        let overlaps = |contact: &ContactStep<T, D>| held(contact) && system.gap(contact.id, q) < -tolerance;
-        if !contacts.iter().any(overlaps) {
+        let overlaps = |(contact, entry): (&ContactStep<T, D>, &Entry<T>)| {
+            entry.slow && system.gap(contact.id, q) < -tolerance
+        };
+        if !contacts.iter().zip(&lasting.entries).any(overlaps) {
             return zero;
         }
         let (target, opening) = (&mut lasting.target, &mut lasting.opening);
         target.clear();
         // Contacts that do not last are not opened, but not closed further either.
-        target.extend(contacts.iter().map(|contact| {
+        target.extend(contacts.iter().zip(&lasting.entries).map(|(contact, entry)| {
             let gap = system.gap(contact.id, q);
-            if held(contact) { gap } else { larger(gap, zero) }
+            if entry.slow { gap } else { larger(gap, zero) }
         }));
         opening.clear();
         opening.resize(contacts.len(), zero);
@@ -400,26 +450,33 @@ where
             sums[1] += work(row, contact, opening[row]);
         }
         impulse.fill(zero);
-        let mut total = zero;
         for (row, contact) in contacts.iter().enumerate() {
             let Some(island) = island(row) else { continue };
             let [taken, given] = lasting.sums[island];
-            if given > taken {
-                opening[row] *= larger(taken, zero) / given;
+            let most = larger(taken, zero);
+            let share = if given > most { most / given } else { T::one() };
+            opening[row] *= share;
+            // Every contact of the island pays in proportion to what it has taken.
+            if taken > zero {
+                lasting.entries[row].account *= (taken - share * given) / taken;
             }
-            let work = work(row, contact, opening[row]);
-            lasting.entries[row].account += work;
-            total += work;
             let mut normal = SVector::<T, D>::zeros();
             normal[0] = opening[row];
             jacobian.add_transpose(row, &normal, impulse);
         }
         scratch.copy_from_slice(impulse);
         factor.solve_in_place(scratch);
-        if !joints.is_empty() {
-            joints.constrain(factor, scratch);
+        if joints.is_empty() {
+            axpy(q, T::one(), scratch);
+            return -dot(force, scratch);
         }
+        joints.constrain(factor, scratch);
+        impulse.copy_from_slice(q);
         axpy(q, T::one(), scratch);
-        total
+        joints.close(system, factor, (impulse, q), scratch);
+        q.iter()
+            .zip(impulse.iter())
+            .zip(force.iter())
+            .fold(zero, |work, ((&to, &from), &f)| work - f * (to - from))
     }
 }

@@ -5,7 +5,7 @@ use std::iter::Peekable;
 use nalgebra::SVector;
 
 use super::islands::{WORTH_SPLITTING, choose_start};
-use super::lasting::Lasting;
+use super::lasting::{Lasting, Pace};
 use super::nonlinear::Start;
 use super::record::Next;
 use super::{ActivationRule, ContactStep, Part, Settings, Step, StepError, ThetaScheme};
@@ -133,22 +133,29 @@ where
             if !all_finite(before.iter()) {
                 return Err(self.contact_error(id, "Jacobian"));
             }
-            let closing = rule != ActivationRule::MoreauJean || before[0] <= velocity_tolerance;
+            let closing = before[0] <= velocity_tolerance;
             let mut lasts = false;
             if let Some(lasting) = &mut self.lasting {
                 let last = &self.last.contacts;
                 known += last[known..].iter().take_while(|contact| contact.id < id).count();
-                let carried =
-                    |contact: &ContactStep<T, D>| contact.id == id && contact.percussion[0] > T::zero();
-                let beyond = (gap - gap_tolerance, excess(before[0], velocity_tolerance));
-                lasts = last.get(known).is_some_and(carried) && lasting.lasts(&self.jacobian, row, h, beyond);
-                if lasts || closing && gap <= gap_tolerance {
-                    let start = if lasts { self.system.gap(id, &self.state.q) } else { T::zero() };
-                    lasting.push(&self.jacobian, row, h, (id, start));
+                let last = last.get(known).filter(|contact| contact.id == id);
+                let carried = last.is_some_and(|contact| contact.percussion[0] > T::zero());
+                let tolerances = (gap_tolerance, velocity_tolerance);
+                let pace =
+                    lasting.pace((&self.jacobian, row), h, (id, carried), (gap, before[0]), tolerances);
+                // A contact that separates is no impact either: it may have to be kept from closing.
+                lasts = pace == Pace::Lasting || !closing;
+                if pace == Pace::Lasting || gap <= gap_tolerance {
+                    let slow = pace != Pace::Fast;
+                    // What is closed to the tolerance is closed: its rounding is no motion.
+                    let start = if slow { self.system.gap(id, &self.state.q) } else { T::zero() };
+                    let start = if start > gap_tolerance { start } else { T::zero() };
+                    lasting.push(&self.jacobian, row, h, (id, start), pace);
+                } else {
+                    self.jacobian.truncate(row);
+                    continue;
                 }
-            }
-            // Written so that a NaN gap has been refused above.
-            if !lasts && !(closing && gap <= gap_tolerance) {
+            } else if rule == ActivationRule::MoreauJean && !closing {
                 self.jacobian.truncate(row);
                 continue;
             }
@@ -402,12 +409,6 @@ fn increments<T: Scalar>(from: &[T], to: &[T], [a_from, a_to]: &[Vec<T>; 2]) -> 
 fn growth<T: Scalar>(from: T, to: T) -> T {
     let ratio = to / from;
     if ratio <= lit(MOST_GROWTH) && ratio >= lit(1.0 / MOST_GROWTH) { ratio } else { T::one() }
-}
-
-/// How far |u_N| is beyond a tolerance, with its sign; zero within.
-fn excess<T: Scalar>(rate: T, tolerance: T) -> T {
-    let size = nalgebra::ComplexField::abs(rate);
-    if size <= tolerance { T::zero() } else { rate }
 }
 
 /// The percussion of contact `id` in a list ordered by identity, found by walking along; zero where it is not there.

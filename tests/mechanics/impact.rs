@@ -2,7 +2,8 @@
 
 use nalgebra::{Matrix2, Vector2};
 use nonsmooth::cone::{BlockMatrix, ConeProblem};
-use nonsmooth::laws::{self, ContactLaw};
+use nonsmooth::contact::pose;
+use nonsmooth::laws::{self, Approach, ContactLaw};
 use nonsmooth::solver::{self, ConeSolver, SolveError, Stopping};
 
 /// What the contact does: percussion p (N s), velocity u⁺ (m/s), works u_{k+θ}·p (J), all in the order (N, T).
@@ -35,9 +36,9 @@ pub(crate) fn try_impact(
     theta: f64,
     solver: &mut dyn ConeSolver<f64, 2>,
 ) -> Result<Impact, SolveError> {
-    let b = free + law.evaluate(before, theta).b_shift(before);
+    let (b, friction) = pose(law, &Approach::impact(*before, theta), free).expect("a law with a problem");
     let blocks = BlockMatrix::from_fn(1, |_, _| *w);
-    let problem = ConeProblem::new(blocks, vec![b], vec![law.friction()])?;
+    let problem = ConeProblem::new(blocks, vec![b], vec![friction])?;
     let mut p = [Vector2::zeros()];
     solver.solve(&problem, &[Vector2::zeros()], &mut p)?;
     let [percussion] = p;

@@ -2,6 +2,8 @@
 
 use nalgebra::{Matrix2, Vector2};
 use nonsmooth::cone::{BlockMatrix, ConeProblem, Status, status};
+use nonsmooth::contact::pose;
+use nonsmooth::laws::Approach;
 use nonsmooth::scalar::{Scalar, lit, to_f64};
 use nonsmooth::system::{Body, RigidBodies};
 
@@ -162,7 +164,8 @@ fn painleve<T: Scalar>(choice: &Choice<'_>) -> Result<Outcome, String> {
         let before = Vector2::new(0.0, speed);
         let law = law::<f64, 2>(choice, 0.0, 2.0);
         let theta = super::support::theta(&*law);
-        let b = Vector2::new(-1e-3, speed) + law.evaluate(&before, theta).b_shift(&before);
+        let free = Vector2::new(-1e-3, speed);
+        let (b, _) = pose(&*law, &Approach::impact(before, theta), &free).map_err(|e| e.to_string())?;
         let w = Matrix2::new(1.6, 1.2, 1.2, 3.4);
         let stick = -w.try_inverse().expect("regular") * b;
         let bound = if single { 1e-5 } else { 1e-10 };
