@@ -6,7 +6,7 @@
 //! missed tolerance an error.
 
 mod admm;
-mod anderson;
+pub(crate) mod anderson;
 mod complementarity;
 #[cfg(feature = "clarabel")]
 mod conic_program;
