@@ -11,7 +11,7 @@ use nalgebra::SVector;
 use super::pivoting::pivot;
 use super::{ConeSolver, DEFAULT, SOLVERS, Solution, SolveError, Stopping, build};
 use crate::cone::ConeProblem;
-use crate::scalar::{Scalar, lit, to_f64};
+use crate::scalar::{Scalar, epsilon, lit, to_f64};
 
 /// The attempts together take at most this multiple of the time limit of one solve.
 pub const RESCUE_TIME: f64 = 2.0;
@@ -115,7 +115,7 @@ pub fn solve_or_rescue<T: Scalar, const D: usize>(
 ///
 /// Every result is measured on the problem by the tolerance of `stopping`; [`Solution::rescued_by`] says who found it.
 /// With a time limit all attempts together take at most [`RESCUE_TIME`] times the limit. A single contact is solved exactly
-/// by every solver: there is nothing to try.
+/// by every solver, and no method reaches a tolerance below ε: there is nothing to try.
 ///
 /// # Errors
 /// `failure` where it is not a missed tolerance; else [`SolveError::Unsolved`] with the attempts, `r` holding the best
@@ -129,7 +129,8 @@ pub fn rescue<T: Scalar, const D: usize>(
     r: &mut [SVector<T, D>],
 ) -> Result<Solution<T>, SolveError> {
     let SolveError::NotConverged { solver, iterations, residual, .. } = failure else { return Err(failure) };
-    if problem.contacts() < 2 {
+    // Below ε nothing is solved but by luck.
+    if problem.contacts() < 2 || stopping.tolerance < epsilon() {
         return Err(failure);
     }
     let limit = stopping.max_seconds.and_then(|s| Duration::try_from_secs_f64(s * RESCUE_TIME).ok());
