@@ -368,7 +368,7 @@ fn a_step_that_its_solver_misses_is_solved_otherwise_and_counted() {
     assert!(run["rescues"].as_u64().expect("a count") > 0, "{run}");
     assert!(run["max_residual"].as_f64().expect("a number") <= 1e-10, "{run}");
     let report = text(&output.stdout);
-    assert!(report.contains("solved by another start or method"), "{report}");
+    assert!(report.contains("solved by another start or method: "), "{report}");
 }
 
 #[test]

@@ -105,7 +105,7 @@ pub(super) fn runs(title: &str, runs: &[RunSummary], units: &Units) -> Result<Ex
             let (n, solver) = (run.rescues, &run.solver);
             writeln!(
                 text,
-                "{:width$}  {n} steps that {solver} missed were solved by another start or method",
+                "{:width$}  steps that {solver} missed, solved by another start or method: {n}",
                 ""
             )?;
         }

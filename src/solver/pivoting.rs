@@ -102,9 +102,9 @@ impl<T: Scalar> Tableau<T> {
                 };
                 entries[width - 1] += problem.b()[i][component] * lit::<T>(sign);
                 for (j, block) in problem.delassus().row(i) {
-                    for column in first[j]..first[j + 1] {
-                        if let Some((other, factor)) = along::<D>(column - first[j]) {
-                            entries[column] += block[(component, other)] * lit::<T>(sign * factor);
+                    for (k, entry) in entries[first[j]..first[j + 1]].iter_mut().enumerate() {
+                        if let Some((other, factor)) = along::<D>(k) {
+                            *entry += block[(component, other)] * lit::<T>(sign * factor);
                         }
                     }
                 }
@@ -219,5 +219,36 @@ impl<T: Scalar> Tableau<T> {
             r
         };
         friction.iter().map(contact).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{matrix, vector};
+
+    use super::*;
+    use crate::cone::BlockMatrix;
+
+    /// Painlevé's rod in its inconsistent case: sliding on is impossible, the unique solution is an impact without collision
+    /// that sticks, p = (0.30085, −0.4003) N s.
+    #[test]
+    fn the_path_ends_in_the_impact_without_collision() {
+        let w = BlockMatrix::from_fn(1, |_, _| matrix![1.6, 1.2; 1.2, 3.4]);
+        let problem = ConeProblem::<f64, 2>::new(w, vec![vector![-1e-3, 1.0]], vec![2.0]).expect("a problem");
+        let r = pivot(&problem, None).expect("a solution");
+        // b is changed by ε^0.6 = 4e-10, and the smallest eigenvalue of W is 1.
+        assert!((r[0] - vector![0.30085, -0.4003]).norm() <= 1e-8, "{r:?}");
+    }
+
+    #[test]
+    fn a_squeezed_body_has_no_end_of_the_path_and_a_deadline_ends_it() {
+        let w = BlockMatrix::from_fn(2, |i, j| matrix![if i == j { 1.0 } else { -1.0 }]);
+        let squeezed =
+            ConeProblem::<f64, 1>::new(w, vec![vector![-1.0]; 2], vec![0.0; 2]).expect("a problem");
+        assert_eq!(pivot(&squeezed, None), None);
+        let w = BlockMatrix::from_fn(2, |i, j| matrix![if i == j { 2.0 } else { 1.0 }]);
+        let loose = ConeProblem::<f64, 1>::new(w, vec![vector![-1.0]; 2], vec![0.0; 2]).expect("a problem");
+        assert!(pivot(&loose, None).is_some());
+        assert_eq!(pivot(&loose, Some(Instant::now())), None);
     }
 }

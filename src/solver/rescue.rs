@@ -69,7 +69,7 @@ pub struct Attempts {
     pub first: SolveError,
     /// What else was tried.
     pub others: Vec<Attempt>,
-    /// The scaled margin by which no percussions bring every velocity into K*, negative, where that is the reason.
+    /// The scaled margin by which no percussions of moderate size bring every velocity into K*: negative, where certain.
     pub margin: Option<f64>,
 }
 
@@ -84,7 +84,7 @@ impl fmt::Display for Attempts {
         if let Some(margin) = self.margin {
             write!(
                 f,
-                "; the bodies are wedged: no percussions bring every velocity into K* (scaled margin {margin:.1e})"
+                "; the bodies are wedged: no percussions of moderate size bring every velocity into K* (scaled margin {margin:.1e})"
             )?;
         }
         Ok(())
@@ -167,12 +167,11 @@ struct Search<'a, T: Scalar, const D: usize> {
 impl<T: Scalar, const D: usize> Search<'_, T, D> {
     fn run(&mut self, own: &'static str, older: &[SVector<T, D>]) -> Option<Solution<T>> {
         let zero = vec![SVector::zeros(); self.problem.contacts()];
-        if let Some(start) = pivot(self.problem, self.deadline) {
-            if let Some(solution) = self.attempt(own, Origin::Pivoting, &start) {
-                return Some(solution);
-            }
+        let pivoted = pivot(self.problem, self.deadline);
+        if let Some(solution) = pivoted.and_then(|start| self.attempt(own, Origin::Pivoting, &start)) {
+            return Some(solution);
         }
-        if let Some(solution) = self.from_perturbed(own, PERTURBATIONS[0]) {
+        if let Some(solution) = self.by_perturbing(own, PERTURBATIONS[0]) {
             return Some(solution);
         }
         let given = [(Origin::Zero, &zero[..]), (Origin::Older, older)];
@@ -198,7 +197,7 @@ impl<T: Scalar, const D: usize> Search<'_, T, D> {
                 }
             }
         }
-        PERTURBATIONS[1..].iter().find_map(|&by| self.from_perturbed(own, by))
+        PERTURBATIONS[1..].iter().find_map(|&by| self.by_perturbing(own, by))
     }
 
     /// Iterations and seconds an attempt may take; `None` where no time is left.
@@ -244,7 +243,7 @@ impl<T: Scalar, const D: usize> Search<'_, T, D> {
         }
     }
 
-    fn from_perturbed(&mut self, name: &'static str, by: f64) -> Option<Solution<T>> {
+    fn by_perturbing(&mut self, name: &'static str, by: f64) -> Option<Solution<T>> {
         let mut solver = build::<T, D>(name, self.budget(name)?).ok()?;
         let mut perturbed = self.problem.clone();
         let size = lit::<T>(by) * self.problem.b_norm();
