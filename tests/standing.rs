@@ -91,15 +91,16 @@ fn stack(draw: &mut Draw, friction: f64) -> Built {
     Built { builder, q, at_rest: true }
 }
 
-/// Bricks in staggered rows.
+/// Bricks in staggered rows, each a brick shorter than the one below.
 fn wall(draw: &mut Draw, _: f64) -> Built {
     let mut builder = RigidBodies::builder();
     let [things, ground] = groups(&mut builder);
     let mut q = Vec::new();
     let (rows, wide) = (draw.count(2, 4), draw.count(2, 3));
     for row in 0..rows {
-        for column in 0..wide {
-            let x = column as f64 + 0.5 * (row % 2) as f64;
+        // Each brick on two.
+        for column in 0..wide + rows - row {
+            let x = column as f64 + 0.5 * row as f64;
             let y = 0.4 * row as f64;
             // A joint open by a hundredth: neighbours in a row do not press.
             let corners = [[x, y], [x + 0.99, y], [x + 0.99, y + 0.4], [x, y + 0.4]];

@@ -107,9 +107,10 @@ impl<T: Scalar> Joints<T> {
         for i in 0..self.count {
             self.multipliers[i] = wanted(&self.rows, i) - self.rows.velocity(i, v)[0];
         }
+        // Far above the rounding of a solve, far below the velocities themselves; of what hangs at rest all are gone after it.
+        let before = max_abs(v);
         self.react(mass, v);
-        // Far above the rounding of a solve, far below the velocities themselves.
-        let bound = lit::<T>(1e-6) * (max_abs(v) + max_abs(other));
+        let bound = lit::<T>(1e-6) * (before + max_abs(v) + max_abs(other));
         let missed =
             |i: usize| nalgebra::ComplexField::abs(wanted(&self.rows, i) - self.rows.velocity(i, v)[0]);
         match (0..self.count).find(|&i| !(missed(i) <= bound)) {

@@ -34,14 +34,17 @@
 //! the contacts that last and overlap are opened by Δq = M̂⁻¹ H_Nᵀ π with 0 ≤ g + W_NN π ⟂ π ≥ 0, which moves no velocity.
 //! The work −F·Δq = −Σ_α π_α (H_N M̂⁻¹F)_α against the forces is in the ledger
 //! ([`Balance::position_work`](crate::energy::Balance)). It gives back at most what the contacts of the island have taken
-//! since they began, and every contact pays in proportion to what it has taken: the sum of its works and of its part of the
-//! position work is never positive. Bodies that overlap without having lost energy (drawn so, say) stay as they are.
+//! since they began, their works and what θ > ½ took from the island, and every contact pays in proportion to what it has
+//! taken: the sum over its life of its works, of its part of the numerical dissipation and of its part of the position work
+//! is never positive. On a curved obstacle that is just what is needed: a step along the tangent leaves the circle by
+//! ½ h² v²/R, which costs ½ m h² v⁴/R² to take back, and that is (θ−½) ‖v_{k+1} − v_k‖²_M at θ = 1. Bodies that overlap
+//! without having lost energy (drawn so, say) stay as they are.
 
 use nalgebra::SVector;
 
 use super::record::Next;
 use super::{ContactStep, Settings, ThetaScheme};
-use crate::cone::ConeProblem;
+use crate::cone::{BlockMatrix, ConeProblem};
 use crate::contact::ContactId;
 use crate::laws::ContactLaw;
 use crate::linalg::{BlockRows, Symmetric, axpy, dot};
@@ -80,7 +83,7 @@ pub(super) struct Entry<T> {
     joins: bool,
     /// h Σ_j |H_{Nj}| |a_j| (m/s).
     fall: T,
-    /// Works and position works of the contact since it began (J).
+    /// What the contact has done since it began: works, its part of numerical dissipation and of position work (J); ≤ 0.
     account: T,
 }
 
@@ -310,6 +313,64 @@ impl<T: Scalar> Lasting<T> {
         }
     }
 
+    /// The degree of freedom that stands for the island of a contact.
+    fn island<const D: usize>(&mut self, rows: &BlockRows<T, D>, row: usize) -> Option<usize> {
+        rows.row(row).next().map(|(dof, _)| root(&mut self.parent, dof))
+    }
+
+    /// Gives every contact an equal part of what its island lost to θ > ½, `loss(dof, θ)` of each degree of freedom.
+    fn share_losses<const D: usize>(
+        &mut self,
+        loss: impl Fn(usize, T) -> T,
+        rows: &BlockRows<T, D>,
+        contacts: usize,
+    ) {
+        self.sums.fill([T::zero(); 2]);
+        for dof in 0..self.theta.len() {
+            let island = root(&mut self.parent, dof);
+            self.sums[island][0] += loss(dof, self.theta[dof]);
+        }
+        for row in 0..contacts {
+            let Some(island) = self.island(rows, row) else { continue };
+            self.sums[island][1] += T::one();
+        }
+        for row in 0..contacts {
+            let Some(island) = self.island(rows, row) else { continue };
+            let [loss, contacts] = self.sums[island];
+            self.entries[row].account += nalgebra::RealField::min(loss, T::zero()) / contacts;
+        }
+    }
+
+    /// π of 0 ≤ g + W_NN π ⟂ π ≥ 0, by projected Gauss–Seidel.
+    fn open<const D: usize>(&mut self, w: &BlockMatrix<T, D>, tolerance: T) {
+        let Self { target, opening, .. } = self;
+        opening.clear();
+        opening.resize(target.len(), T::zero());
+        for _ in 0..SWEEPS {
+            let mut moved = T::zero();
+            for i in 0..target.len() {
+                let (mut gap, mut diagonal) = (target[i], T::zero());
+                for (j, block) in w.row(i) {
+                    gap += block[(0, 0)] * opening[j];
+                    if i == j {
+                        diagonal = block[(0, 0)];
+                    }
+                }
+                // A row without motion opens nothing.
+                if !(diagonal > T::zero()) {
+                    continue;
+                }
+                let next = nalgebra::RealField::max(opening[i] - gap / diagonal, T::zero());
+                let step = nalgebra::ComplexField::abs(next - opening[i]) * diagonal;
+                moved = nalgebra::RealField::max(moved, step);
+                opening[i] = next;
+            }
+            if moved <= tolerance {
+                break;
+            }
+        }
+    }
+
     /// θ of every degree of freedom, where it is not that of the scene everywhere.
     pub(super) fn theta(&self) -> Option<&[T]> {
         self.changed.then_some(self.theta.as_slice())
@@ -378,91 +439,69 @@ where
         lasting.pull.extend(scratch.iter().map(|&a| nalgebra::ComplexField::abs(a)));
     }
 
-    /// q_{k+1} ← q_{k+1} + Δq where lasting contacts overlap; the position work, Σ −F·Δq.
+    /// q_{k+1} ← q_{k+1} + Δq where lasting contacts overlap; the position work, −F·Δq.
     pub(super) fn correct_positions(&mut self) -> T {
-        let Self {
-            system,
-            settings: Settings { step: h, .. },
-            tolerances: (tolerance, _),
-            next: Next { q, v_free, force, scratch, impulse, contacts, .. },
-            lasting,
-            jacobian,
-            factor,
-            joints,
-            problem,
-            ..
-        } = self;
+        let Self { system, settings, tolerances: (tolerance, _), state, next, lasting, .. } = self;
         let Some(lasting) = lasting else { return T::zero() };
-        let larger = nalgebra::RealField::max;
-        let zero = T::zero();
-        for (entry, contact) in lasting.entries.iter_mut().zip(contacts.iter()) {
+        for (entry, contact) in lasting.entries.iter_mut().zip(&next.contacts) {
             entry.account += contact.normal_work + contact.tangential_work;
         }
-        let tolerance = larger(*tolerance, lasting.noise(*h));
+        if lasting.changed {
+            let Next { v, momentum: [before, after], contacts, .. } = next;
+            system.mass().multiply(v, after);
+            let loss = |dof: usize, theta: T| {
+                (lit::<T>(0.5) - theta) * (v[dof] - state.v[dof]) * (after[dof] - before[dof])
+            };
+            lasting.share_losses(loss, &self.jacobian, contacts.len());
+        }
+        let tolerance = nalgebra::RealField::max(*tolerance, lasting.noise(settings.step));
         let overlaps = |(contact, entry): (&ContactStep<T, D>, &Entry<T>)| {
-            entry.slow && system.gap(contact.id, q) < -tolerance
+            entry.slow && system.gap(contact.id, &next.q) < -tolerance
         };
-        if !contacts.iter().zip(&lasting.entries).any(overlaps) {
-            return zero;
+        if !next.contacts.iter().zip(&lasting.entries).any(overlaps) {
+            return T::zero();
         }
-        let (target, opening) = (&mut lasting.target, &mut lasting.opening);
-        target.clear();
         // Contacts that do not last are not opened, but not closed further either.
-        target.extend(contacts.iter().zip(&lasting.entries).map(|(contact, entry)| {
-            let gap = system.gap(contact.id, q);
-            if entry.slow { gap } else { larger(gap, zero) }
-        }));
-        opening.clear();
-        opening.resize(contacts.len(), zero);
-        let w = problem.delassus();
-        for _ in 0..SWEEPS {
-            let mut moved = zero;
-            for i in 0..contacts.len() {
-                let mut diagonal = zero;
-                let mut gap = target[i];
-                for (j, block) in w.row(i) {
-                    gap += block[(0, 0)] * opening[j];
-                    if i == j {
-                        diagonal = block[(0, 0)];
-                    }
-                }
-                let next = larger(opening[i] - gap / diagonal, zero);
-                // Written so that a row without motion, whose quotient is no number, stays.
-                if diagonal > zero && next != opening[i] {
-                    moved = larger(moved, nalgebra::ComplexField::abs(next - opening[i]) * diagonal);
-                    opening[i] = next;
-                }
-            }
-            if moved <= tolerance {
-                break;
-            }
-        }
-        // What each island has taken, and what its opening would give.
-        lasting.sums.fill([zero; 2]);
-        let mut island = |row: usize| jacobian.row(row).next().map(|(dof, _)| root(&mut lasting.parent, dof));
-        let work = |row: usize, contact: &ContactStep<T, D>, opening: T| {
-            -opening * (jacobian.velocity(row, v_free)[0] - contact.before[0]) / *h
+        let target = |(contact, entry): (&ContactStep<T, D>, &Entry<T>)| {
+            let gap = system.gap(contact.id, &next.q);
+            if entry.slow { gap } else { nalgebra::RealField::max(gap, T::zero()) }
         };
+        lasting.target.clear();
+        lasting.target.extend(next.contacts.iter().zip(&lasting.entries).map(target));
+        lasting.open(self.problem.delassus(), tolerance);
+        self.displace()
+    }
+
+    /// Moves the bodies by the openings found, as far as their islands can pay for.
+    fn displace(&mut self) -> T {
+        let Self {
+            system, settings: Settings { step: h, .. }, next, lasting, jacobian, factor, joints, ..
+        } = self;
+        let Some(lasting) = lasting else { return T::zero() };
+        let Next { q, v_free, force, scratch, impulse, contacts, .. } = next;
+        // H_N M̂⁻¹F, the acceleration that pulls a contact open.
+        let pull = |row: usize, contact: &ContactStep<T, D>| {
+            (jacobian.velocity(row, v_free)[0] - contact.before[0]) / *h
+        };
+        lasting.sums.fill([T::zero(); 2]);
         for (row, contact) in contacts.iter().enumerate() {
-            let Some(island) = island(row) else { continue };
-            let sums = &mut lasting.sums[island];
-            sums[0] -= lasting.entries[row].account;
-            sums[1] += work(row, contact, opening[row]);
+            let Some(island) = lasting.island(jacobian, row) else { continue };
+            lasting.sums[island][0] -= lasting.entries[row].account;
+            lasting.sums[island][1] -= lasting.opening[row] * pull(row, contact);
         }
-        impulse.fill(zero);
-        for (row, contact) in contacts.iter().enumerate() {
-            let Some(island) = island(row) else { continue };
+        impulse.fill(T::zero());
+        for row in 0..contacts.len() {
+            let Some(island) = lasting.island(jacobian, row) else { continue };
             let [taken, given] = lasting.sums[island];
-            let most = larger(taken, zero);
+            let most = nalgebra::RealField::max(taken, T::zero());
             let share = if given > most { most / given } else { T::one() };
-            opening[row] *= share;
             // Every contact of the island pays in proportion to what it has taken.
-            if taken > zero {
+            if taken > T::zero() {
                 lasting.entries[row].account *= (taken - share * given) / taken;
             }
-            let mut normal = SVector::<T, D>::zeros();
-            normal[0] = opening[row];
-            jacobian.add_transpose(row, &normal, impulse);
+            let mut opening = SVector::<T, D>::zeros();
+            opening[0] = lasting.opening[row] * share;
+            jacobian.add_transpose(row, &opening, impulse);
         }
         scratch.copy_from_slice(impulse);
         factor.solve_in_place(scratch);
@@ -474,9 +513,7 @@ where
         impulse.copy_from_slice(q);
         axpy(q, T::one(), scratch);
         joints.close(system, factor, (impulse, q), scratch);
-        q.iter()
-            .zip(impulse.iter())
-            .zip(force.iter())
-            .fold(zero, |work, ((&to, &from), &f)| work - f * (to - from))
+        axpy(impulse, -T::one(), q);
+        dot(force, impulse)
     }
 }
