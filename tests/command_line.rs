@@ -295,7 +295,7 @@ fn the_summary_has_the_keys_it_promises() {
         ];
         // Beyond the promise: the scale of round-off, impacts not listed one by one, and why a run stopped early.
         promised.extend(["max_energy", "impact_count", "stopped"]);
-        promised.extend(["adaptive", "contact_work", "external_work", "tangential_work_steps"]);
+        promised.extend(["adaptive", "contact_work", "external_work", "tangential_work_steps", "rescues"]);
         promised.sort_unstable();
         assert_eq!(keys(run), promised);
         assert_eq!(run["steps"], 700);
@@ -358,8 +358,25 @@ fn row_of_discs(count: usize) -> String {
 }
 
 #[test]
+fn a_step_that_its_solver_misses_is_solved_otherwise_and_counted() {
+    let bench = Bench::new();
+    let scene = row_of_discs(30).replace("[time]", "[solver]\nmax_iterations = 1\n[time]");
+    let output = bench.run(&bench.scene(&scene), &["--no-figures", "--solver", "nsgs"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let run = &bench.summary()["runs"][0];
+    // One sweep is too little while 30 discs press on each other.
+    assert!(run["rescues"].as_u64().expect("a count") > 0, "{run}");
+    assert!(run["max_residual"].as_f64().expect("a number") <= 1e-10, "{run}");
+    let report = text(&output.stdout);
+    assert!(report.contains("solved by another start or method: "), "{report}");
+}
+
+#[test]
 fn a_failed_solve_exits_with_1_and_keeps_what_was_computed() {
-    for (settings, arguments) in [("[solver]\nmax_iterations = 1\n", vec![]), ("", vec!["--tol", "1e-300"])] {
+    // Tolerances that no arithmetic reaches.
+    for (settings, arguments) in
+        [("", vec!["--tol", "1e-300"]), ("[solver]\nmax_iterations = 3\n", vec!["--tol", "1e-18"])]
+    {
         let bench = Bench::new();
         let scene = bench.scene(&row_of_discs(30).replace("[time]", &format!("{settings}[time]")));
         let output =

@@ -101,6 +101,14 @@ pub(super) fn runs(title: &str, runs: &[RunSummary], units: &Units) -> Result<Ex
                 adaptive.largest_step,
             )?;
         }
+        if run.rescues > 0 {
+            let (n, solver) = (run.rescues, &run.solver);
+            writeln!(
+                text,
+                "{:width$}  steps that {solver} missed, solved by another start or method: {n}",
+                ""
+            )?;
+        }
         if let Some(reason) = &run.stopped {
             writeln!(text, "{:width$}  stopped early: {reason}", "")?;
         }

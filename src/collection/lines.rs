@@ -31,6 +31,9 @@ pub(super) fn text_line(out: &mut dyn Write, report: &SolveReport, width: usize)
          {take_off}/{stick}/{slide}",
         report.scaled_residual, report.cpu_seconds
     )?;
+    if let Some(solver) = &report.rescued_by {
+        write!(out, "  rescued by {solver}")?;
+    }
     if !report.converged {
         write!(out, "  not converged")?;
         if let Some(reason) = &report.reason {

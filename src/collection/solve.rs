@@ -96,6 +96,9 @@ pub struct SolveReport {
     pub cpu_seconds: f64,
     /// What the contacts do.
     pub status: Statuses,
+    /// The solver that found the percussions after the chosen one had failed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rescued_by: Option<String>,
     /// Why the solver stopped, where it did not converge and it was not the budget.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
@@ -208,7 +211,20 @@ fn solve<const D: usize>(
     options: &SolveOptions,
 ) -> Result<(SolveReport, Vec<f64>), CollectionError> {
     let cpu = ThreadTime::now();
-    let attempt = attempt(name, cone, &options.solver, &stopping(options), None)?;
+    let mut attempt = attempt(name, cone, &options.solver, &stopping(options), None)?;
+    let mut rescued_by = None;
+    if let Some(failure) = attempt.failure.take() {
+        match solver::rescue(failure, &stopping(options), cone, &[], &mut attempt.r) {
+            Ok(solution) => {
+                (attempt.iterations, attempt.residual) = (solution.iterations, solution.residual);
+                rescued_by = solution.rescued_by.map(String::from);
+            }
+            Err(error) => {
+                attempt.residual = cone.residual(&attempt.r);
+                attempt.reason = attempt.reason.or_else(|| attempts(&error));
+            }
+        }
+    }
     let cpu_seconds = cpu.elapsed().as_secs_f64();
     let count = cone.count_status(&attempt.r, STATUS_TOLERANCE);
     let converged = attempt.residual.scaled <= options.tolerance;
@@ -223,10 +239,19 @@ fn solve<const D: usize>(
         scaled_residual: attempt.residual.scaled,
         cpu_seconds,
         status: Statuses { take_off: count.take_off, stick: count.stick, slide: count.slide },
+        rescued_by,
         reason: attempt.reason.filter(|_| !converged),
         certificate: if converged { None } else { certificate(cone) },
     };
     Ok((report, attempt.r.iter().flat_map(|r| r.iter().copied()).collect()))
+}
+
+/// How much was tried in vain.
+fn attempts(error: &SolveError) -> Option<String> {
+    match error {
+        SolveError::Unsolved(attempts) => Some(format!("nor did {} further attempts", attempts.others.len())),
+        _ => None,
+    }
 }
 
 /// Where a solver came to.
@@ -237,6 +262,8 @@ pub(super) struct Attempt<T: Scalar, const D: usize> {
     /// Tolerance on the scaled residual of the last call.
     pub(super) tolerance: T,
     pub(super) reason: Option<String>,
+    /// The error of the call that missed the tolerance, where no earlier one had reached it.
+    pub(super) failure: Option<SolveError>,
 }
 
 /// Calls made at most to bring the natural-map residual below the tolerance, too.
@@ -257,6 +284,7 @@ pub(super) fn attempt<T: Scalar, const D: usize>(
         iterations: 0,
         tolerance: stopping.tolerance,
         reason: None,
+        failure: None,
         r: zero.clone(),
     };
     let mut r = zero;
@@ -285,7 +313,12 @@ pub(super) fn attempt<T: Scalar, const D: usize>(
                     };
                     (solution.iterations, solution.residual, reason)
                 }
-                Err(SolveError::NotConverged { iterations, residual, natural, reason, .. }) => {
+                Err(failure @ SolveError::NotConverged { .. }) => {
+                    best.failure = (call == 1).then(|| failure.clone());
+                    let SolveError::NotConverged { iterations, residual, natural, reason, .. } = failure
+                    else {
+                        break;
+                    };
                     (iterations, Residual { natural: lit(natural), scaled: lit(residual) }, Some(reason))
                 }
                 Err(source) => return Err(CollectionError::Solve { problem: name.into(), source }),

@@ -17,9 +17,7 @@ pub use self::csv::{CsvFiles, CsvMark, Rates};
 pub use figures::{comparison_figure, elastic_figure, mesh_figure, run_figure};
 pub use series::{RunSeries, SeriesMark, SeriesRecorder};
 #[cfg(feature = "outputs")]
-pub use summary::{
-    AdaptiveSummary, Impact, RunSummary, SummaryMark, SummaryRecorder, WORK_ROUNDOFF, work_roundoff,
-};
+pub use summary::{AdaptiveSummary, Impact, RunSummary, SummaryMark, SummaryRecorder};
 pub use units::Units;
 
 #[cfg(feature = "vtk")]

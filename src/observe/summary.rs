@@ -7,19 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Frame, ObserveError, Observer, RunInfo};
 use crate::contact::ContactId;
-use crate::scalar::{Scalar, epsilon, to_f64};
-
-/// A contact work is positive beyond round-off where it exceeds this fraction of the largest energy met in the run;
-/// 64 ε for scalars that cannot resolve it.
-pub const WORK_ROUNDOFF: f64 = 1e-12;
-
-/// [`WORK_ROUNDOFF`] for a scalar.
-pub fn work_roundoff<T: Scalar>() -> f64 {
-    WORK_ROUNDOFF.max(64.0 * to_f64(epsilon::<T>()))
-}
-
-/// A tangential work (J) that the literature counts as created energy.
-const LISTED_WORK: f64 = 1e-9;
+use crate::scalar::{Scalar, to_f64};
 
 /// Impacts listed one by one; further ones are counted.
 const LISTED_IMPACTS: usize = 10_000;
@@ -97,9 +85,10 @@ pub struct RunSummary {
     pub max_tangential_work: f64,
     /// Largest normal contact work of a contact in a step (J); 0 without contact.
     pub max_normal_work: f64,
-    /// Steps in which a contact work is positive beyond round-off, [`WORK_ROUNDOFF`].
+    /// Steps in which a contact work is positive beyond what the solver's tolerance explains
+    /// ([`ContactStep::creates_energy`](crate::scheme::ContactStep::creates_energy)).
     pub positive_work_steps: usize,
-    /// Steps in which the largest tangential contact work exceeds 1e-9 J.
+    /// Steps in which a tangential contact work is.
     pub tangential_work_steps: usize,
     /// Contact works, normal and tangential, summed over the run (J).
     pub contact_work: f64,
@@ -111,6 +100,10 @@ pub struct RunSummary {
     pub max_residual: f64,
     /// Iterations of the cone solver, summed.
     pub solver_iterations: usize,
+    /// Steps whose cone problem the chosen solver missed and another start or method solved
+    /// ([`rescue`](crate::solver::rescue)).
+    #[serde(default)]
+    pub rescues: usize,
     /// Number of impacts.
     pub impact_count: usize,
     /// The first impacts, at most 10,000.
@@ -199,6 +192,7 @@ impl<T: Scalar, const D: usize> Observer<T, D> for SummaryRecorder {
             max_imbalance: 0.0,
             max_residual: 0.0,
             solver_iterations: 0,
+            rescues: 0,
             impact_count: 0,
             impacts: Vec::new(),
             stopped: None,
@@ -217,18 +211,18 @@ impl<T: Scalar, const D: usize> Observer<T, D> for SummaryRecorder {
         let balance = &step.balance;
         summary.contact_work += to_f64(balance.normal_contact_work + balance.tangential_contact_work);
         summary.external_work += to_f64(balance.external_work + balance.prescribed_work);
-        summary.tangential_work_steps += usize::from(to_f64(step.largest_works()[1]) > LISTED_WORK);
         if let Some(solution) = &step.solution {
             summary.max_residual = summary.max_residual.max(to_f64(solution.residual.scaled));
             summary.solver_iterations += solution.iterations;
+            summary.rescues += usize::from(solution.rescued_by.is_some());
         }
-        let roundoff = work_roundoff::<T>() * summary.max_energy;
-        let mut positive = false;
+        let mut creates = [false; 2];
         for contact in &step.contacts {
             let (tangential, normal) = (to_f64(contact.tangential_work), to_f64(contact.normal_work));
             let largest = self.works.get_or_insert((tangential, normal));
             *largest = (largest.0.max(tangential), largest.1.max(normal));
-            positive |= tangential > roundoff || normal > roundoff;
+            let [by_normal, by_tangential] = contact.creates_energy();
+            creates = [creates[0] | by_normal, creates[1] | by_tangential];
             let is_impact =
                 contact.percussion[0] > T::zero() && self.touching.binary_search(&contact.id).is_err();
             if !is_impact {
@@ -248,7 +242,8 @@ impl<T: Scalar, const D: usize> Observer<T, D> for SummaryRecorder {
                 });
             }
         }
-        summary.positive_work_steps += usize::from(positive);
+        summary.positive_work_steps += usize::from(creates[0] | creates[1]);
+        summary.tangential_work_steps += usize::from(creates[1]);
         self.touching.clear();
         let pressing = step.contacts.iter().filter(|contact| contact.percussion[0] > T::zero());
         self.touching.extend(pressing.map(|contact| contact.id));

@@ -7,11 +7,14 @@ use super::names::{Directory, Groups};
 use super::{LoadSpec, PreloadSpec, Run, Scene, SceneError};
 use crate::adaptive::Adaptive;
 use crate::laws::{self, Approach, ContactLaw};
-use crate::scalar::{Scalar, lit};
+use crate::scalar::{Scalar, epsilon, lit};
 use crate::scheme::{Activation, ActivationRule, Settings, ThetaScheme, equilibrium};
 use crate::simulate::Stepper;
 use crate::solver::{self, ConeSolver, Stopping};
 use crate::system::{Body, BodyId, MechanicalSystem, RigidBodies};
+
+/// Tolerance of the contacts of a preload, 64 ε for scalars that cannot resolve it.
+const PRELOAD: f64 = 1e-13;
 
 /// A law chosen by name.
 pub(super) type AnyLaw<T, const D: usize> = Box<dyn ContactLaw<T, D>>;
@@ -112,7 +115,13 @@ pub(super) fn parts<T: Scalar, const D: usize>(scene: &Scene, run: &Run) -> Resu
                         let at_rest = Approach::impact(SVector::zeros(), lit(scene.time.theta));
                         let friction: Vec<T> =
                             laws.iter().map(|law| law.respond(&at_rest).friction).collect();
-                        let mut solver = solver::build::<T, D>(&run.solver, stopping(scene))?;
+                        // Where the run starts from, once: what is left there moves in every step.
+                        let given = stopping(scene);
+                        let precise =
+                            nalgebra::RealField::max(lit::<T>(PRELOAD), lit::<T>(64.0) * epsilon::<T>());
+                        let tolerance = nalgebra::RealField::min(given.tolerance, precise);
+                        let stopping = Stopping { tolerance, ..given };
+                        let mut solver = solver::build::<T, D>(&run.solver, stopping)?;
                         equilibrium(&mut body, &friction, &mut solver, T::zero(), constant_forces)?
                     }
                 },

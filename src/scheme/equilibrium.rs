@@ -3,12 +3,13 @@
 use nalgebra::SVector;
 
 use super::SetupError;
-use super::kept::constant_rows;
+use super::kept::{ConstantRows, constant_rows};
 use crate::cone::ConeProblem;
 use crate::contact::Candidate;
 use crate::linalg::{Factor, FactorError, Symmetric, axpy, max_abs};
-use crate::scalar::{Scalar, lit, to_f64};
-use crate::solver::{ConeSolver, SolveError};
+use crate::scalar::{Scalar, epsilon, lit, to_f64};
+use crate::solver::anderson::{Anderson, MAX_DEPTH};
+use crate::solver::{ConeSolver, SolveError, solve_or_rescue};
 use crate::system::{ElasticBody, MechanicalSystem};
 
 /// Why no equilibrium with contacts was found.
@@ -28,19 +29,32 @@ pub enum EquilibriumError {
     Solve(#[from] SolveError),
     /// The body does not come to rest: the loads move it, and nothing holds it.
     #[error(
-        "no static equilibrium after {iterations} iterations: the body still moves by {change:e}; hold more of it"
+        "no static equilibrium after {iterations} iterations: {free}, and {residual:e} of the loads is left; hold more of it"
     )]
     NotHeld {
         /// Iterations made.
         iterations: usize,
-        /// Largest displacement of the last one (m).
-        change: f64,
+        /// What still moves, in words.
+        free: String,
+        /// What is left of K q = F + Hᵀ r, against the loads (dimensionless).
+        residual: f64,
     },
 }
 
-/// Most iterations, and the change at which they end against the largest displacement.
+/// Most iterations; those after which an iteration that has not halved what is left will not do so any more.
 const ITERATIONS: usize = 500;
-const CHANGE: f64 = 1e-12;
+const STAGNATION: usize = 40;
+
+/// What may be left of K q = F + Hᵀ r against the loads: in tolerances of the solver, in ε, and where rounding leaves no
+/// less.
+const TOLERANCES: f64 = 10.0;
+const ROUNDINGS: f64 = 256.0;
+const ENOUGH: f64 = 1e-8;
+
+/// σ is raised where b, the gaps without contact forces, exceeds the displacements by more than this: the solver solves to
+/// a share of b. And how often.
+const LARGE: f64 = 16.0;
+const RAISED: usize = 6;
 
 /// The equilibrium K q = F + Hᵀ r at `time`, with the contact forces r of
 ///
@@ -50,7 +64,15 @@ const CHANGE: f64 = 1e-12;
 ///
 /// where g is the gap and s the slip from the undeformed place, `friction[i]` that of interface i. The constant
 /// forces act where `with_constant_forces`. A body that contacts alone hold has a singular K; the iteration
-/// (K + σM) q_{j+1} = F + σM q_j + Hᵀ r, proximal in the norm of M, needs no more.
+///
+/// ```text
+///   (K + σM) q_{j+1} = F + σM q_j + Hᵀ r
+/// ```
+///
+/// proximal in the norm of M, needs no more, with Anderson acceleration of q_j. It ends where σM (q_{j+1} − q_j), which is
+/// what is left of K q = F + Hᵀ r, is within the tolerance of the solver, a few times, of the loads. σ starts small against
+/// the elastic modes and is raised until the gaps that the body would have without contact, F/σ, are of the size of its
+/// displacements: the contacts are solved to a share of those.
 ///
 /// # Errors
 /// [`EquilibriumError`].
@@ -80,24 +102,30 @@ pub fn equilibrium<T: Scalar, const D: usize>(
     let rows = constant_rows::<T, D, _>(body, &q)?.ok_or(EquilibriumError::TooLarge)?;
     let system: &dyn MechanicalSystem<T, D> = body;
     let (mass, stiffness) = (system.mass(), system.stiffness().expect("an elastic body"));
-    let sigma = proximal_weight(mass, stiffness);
-    let matrix = stiffness.clone().plus(sigma, mass).leading(free);
-    let mut factor = Factor::with_last(&matrix, &rows.dofs(free)).map_err(EquilibriumError::Stiffness)?;
     let jacobian = rows.rows().clone();
-    let kept = rows.delassus(&mut factor, free);
-
     let mut problem = ConeProblem::<T, D>::default();
-    let (w, _, mu) = problem.parts_mut();
-    kept.all(w);
+    let (_, _, mu) = problem.parts_mut();
     mu.extend(
         candidates.iter().map(|candidate| friction.get(candidate.interface).copied().unwrap_or(T::zero())),
     );
+    let mut sigma = proximal_weight(mass, stiffness);
+    let mut factor = regularised((mass, stiffness), sigma, &rows, free, &mut problem)?;
+
     let mut r = vec![SVector::zeros(); candidates.len()];
     let mut start = r.clone();
-    let (mut fixed, mut right) = (vec![T::zero(); n], vec![T::zero(); n]);
+    let [mut fixed, mut right, mut left] = std::array::from_fn(|_| vec![T::zero(); n]);
     stiffness.multiply(&q, &mut fixed);
-    let mut change = T::infinity_impl();
-    for _ in 0..ITERATIONS {
+    let mut anderson = Anderson::new(MAX_DEPTH);
+    anderson.prepare(free);
+    let tolerance = nalgebra::RealField::max(
+        lit::<T>(TOLERANCES) * solver.stopping().tolerance,
+        lit::<T>(ROUNDINGS) * epsilon::<T>(),
+    );
+    let (mut best, mut least, mut mark, mut since, mut raised) =
+        (q.clone(), T::infinity_impl(), T::infinity_impl(), 0, 0);
+    let mut made = 0;
+    while made < ITERATIONS && since < STAGNATION {
+        made += 1;
         let mut held = q.clone();
         held[free..].fill(T::zero());
         mass.multiply(&held, &mut right);
@@ -107,31 +135,106 @@ pub fn equilibrium<T: Scalar, const D: usize>(
         let mut next = q.clone();
         next[..free].copy_from_slice(&right[..free]);
         factor.solve_in_place(&mut next[..free]);
+        let mut load = T::zero();
+        (0..free).for_each(|i| load += (force[i] - fixed[i]) * (force[i] - fixed[i]));
+        let mut gaps = T::zero();
         if !candidates.is_empty() {
             let (_, b, _) = problem.parts_mut();
             b.clear();
             for (row, candidate) in candidates.iter().enumerate() {
                 let mut shifted = jacobian.velocity(row, &next);
                 shifted[0] += candidate.gap;
+                gaps = nalgebra::RealField::max(gaps, shifted.amax());
                 b.push(shifted);
             }
             start.copy_from_slice(&r);
-            solver.solve(&problem, &start, &mut r)?;
+            solve_or_rescue(solver, &problem, (&start, &[]), &mut r)?;
+            left.fill(T::zero());
             for (row, r) in r.iter().enumerate() {
-                jacobian.add_transpose(row, r, &mut right);
+                jacobian.add_transpose(row, r, &mut left);
             }
+            left[..free].iter().for_each(|&x| load += x * x);
+            axpy(&mut right, T::one(), &left);
             next[..free].copy_from_slice(&right[..free]);
             factor.solve_in_place(&mut next[..free]);
         }
-        let moved: Vec<T> = next.iter().zip(&q).map(|(&a, &b)| a - b).collect();
-        change = max_abs(&moved);
+        let mut moved: Vec<T> = next.iter().zip(&q).map(|(&a, &b)| a - b).collect();
+        moved[free..].fill(T::zero());
+        mass.multiply(&moved, &mut left);
+        let square = left[..free].iter().fold(T::zero(), |sum, &x| sum + x * x);
+        let sizes = [square, load].map(nalgebra::ComplexField::sqrt);
+        let residual = if square == T::zero() { T::zero() } else { sigma * sizes[0] / sizes[1] };
+        let size = max_abs(&next);
+        let large = lit::<T>(LARGE) * size;
+        if gaps > large && size > T::zero() && raised < RAISED {
+            sigma *= lit::<T>(0.25) * gaps / size;
+            factor = regularised((mass, stiffness), sigma, &rows, free, &mut problem)?;
+            raised += 1;
+            q = next;
+            r.fill(SVector::zeros());
+            anderson.forget();
+            (least, mark, since) = (T::infinity_impl(), T::infinity_impl(), 0);
+            continue;
+        }
+        if residual < least {
+            least = residual;
+            best.copy_from_slice(&next);
+        }
+        if residual <= tolerance {
+            return Ok(next);
+        }
+        if residual < mark * lit::<T>(0.5) {
+            (mark, since) = (residual, 0);
+        } else {
+            since += 1;
+        }
+        let from = q;
         q = next;
-        let floor = lit::<T>(CHANGE.max(64.0 * to_f64(crate::scalar::epsilon::<T>())));
-        if change <= floor * max_abs(&q) {
-            return Ok(q);
+        anderson.accelerate(&from[..free], &mut q[..free], std::iter::repeat(T::one()));
+        if !crate::scalar::all_finite(&q) {
+            break;
+        }
+        if since == STAGNATION && least > lit(ENOUGH) {
+            let free = free_motion::<T, D>(body, &moved);
+            return Err(EquilibriumError::NotHeld { iterations: made, free, residual: to_f64(least) });
         }
     }
-    Err(EquilibriumError::NotHeld { iterations: ITERATIONS, change: to_f64(change) })
+    if least <= lit(ENOUGH) {
+        return Ok(best);
+    }
+    let free = "the body still moves".into();
+    Err(EquilibriumError::NotHeld { iterations: made, free, residual: to_f64(least) })
+}
+
+/// The factors of K + σM over what is free, with W formed of them.
+fn regularised<T: Scalar, const D: usize>(
+    (mass, stiffness): (&Symmetric<T>, &Symmetric<T>),
+    sigma: T,
+    rows: &ConstantRows<T, D>,
+    free: usize,
+    problem: &mut ConeProblem<T, D>,
+) -> Result<Factor<T>, EquilibriumError> {
+    let matrix = stiffness.clone().plus(sigma, mass).leading(free);
+    let mut factor = Factor::with_last(&matrix, &rows.dofs(free)).map_err(EquilibriumError::Stiffness)?;
+    rows.clone().delassus(&mut factor, free).all(problem.parts_mut().0);
+    Ok(factor)
+}
+
+/// What the displacements `moved` do to the body, in words.
+fn free_motion<T: Scalar, const D: usize>(body: &ElasticBody<T>, moved: &[T]) -> String {
+    let geometry = body.geometry();
+    let nodes = geometry.mesh().nodes().len();
+    let largest = max_abs(moved);
+    let along = (0..geometry.mesh().dimension()).filter(|&axis| {
+        let sum = (0..nodes).fold(T::zero(), |sum, node| sum + moved[geometry.dof(node, axis)]);
+        nalgebra::ComplexField::abs(sum) > lit::<T>(0.3 * nodes as f64) * largest
+    });
+    let along: Vec<&str> = along.map(|axis| ["x", "y", "z"][axis]).collect();
+    if along.is_empty() {
+        "the body turns or slips".into()
+    } else {
+        format!("nothing holds the body along {}", along.join(" and "))
+    }
 }
 
 /// σ small against the elastic modes, and large enough to keep K + σM regular.

@@ -9,7 +9,7 @@ use nalgebra::SVector;
 
 use crate::cone::{BlockMatrix, ConeProblem};
 use crate::scalar::{Scalar, lit};
-use crate::solver::{Accuracy, ConeSolver, Solution, SolveError};
+use crate::solver::{Accuracy, ConeSolver, Solution, SolveError, solve_or_rescue};
 
 /// Problems up to this many contacts are solved whole: to split them costs what it saves.
 pub(super) const WORTH_SPLITTING: usize = 16;
@@ -136,7 +136,7 @@ impl<T: Scalar, const D: usize> Islands<T, D> {
         r: &mut [SVector<T, D>],
         solver: &mut impl ConeSolver<T, D>,
     ) -> Result<Solution<T>, (usize, SolveError)> {
-        let (mut iterations, mut first, mut worst) = (0, 0, None);
+        let (mut iterations, mut first, mut worst, mut rescued_by) = (0, 0, None, None);
         for &end in &self.ends {
             let island = &self.order[first..end];
             let (w, b, friction) = self.problem.parts_mut();
@@ -159,9 +159,11 @@ impl<T: Scalar, const D: usize> Islands<T, D> {
             self.percussions.clear();
             self.percussions.extend_from_slice(&self.start);
             if !kept {
-                let solved = solver.solve(&self.problem, &self.start, &mut self.percussions);
+                let starts = (&self.start[..], &self.older[..]);
+                let solved = solve_or_rescue(solver, &self.problem, starts, &mut self.percussions);
                 let solution = solved.map_err(|error| (island.len(), error))?;
                 iterations += solution.iterations;
+                rescued_by = rescued_by.or(solution.rescued_by);
                 if let Accuracy::Rounding { floor } = solution.accuracy {
                     worst = Some(worst.map_or(floor, |worst: T| worst.max(floor)));
                 }
@@ -172,6 +174,6 @@ impl<T: Scalar, const D: usize> Islands<T, D> {
             first = end;
         }
         let accuracy = worst.map_or(Accuracy::Tolerance, |floor| Accuracy::Rounding { floor });
-        Ok(Solution { iterations, residual: whole.residual(r), accuracy })
+        Ok(Solution { iterations, residual: whole.residual(r), accuracy, rescued_by })
     }
 }

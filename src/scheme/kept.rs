@@ -14,6 +14,7 @@ use crate::system::MechanicalSystem;
 const LARGEST: usize = 1 << 24;
 
 /// H of all candidates, ordered by identity.
+#[derive(Clone)]
 pub(super) struct ConstantRows<T: Scalar, const D: usize> {
     ids: Vec<ContactId>,
     rows: BlockRows<T, D>,

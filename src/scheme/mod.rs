@@ -45,6 +45,7 @@
 //! derivation stands at the head of `nonlinear.rs`.
 
 mod activation;
+mod certainty;
 mod clock;
 mod delassus;
 mod equilibrium;

@@ -39,6 +39,9 @@ pub struct ContactStep<T: Scalar, const D: usize> {
     pub normal_work: T,
     /// Tangential contact work u_{T,k+θ}·p_T (J).
     pub tangential_work: T,
+    /// How far either work can be positive for the tolerance of the cone solver and rounding alone (J): the tolerance times
+    /// ‖b‖ on the percussion, and that over λ_max(W_αα) on the velocities. 0 where neither is positive.
+    pub work_bound: T,
     /// θ of the contact's island in the step.
     pub theta: T,
     /// The contact [lasts](crate::laws::Approach::lasting): the law took it for no impact.
@@ -54,8 +57,24 @@ impl<T: Scalar, const D: usize> ContactStep<T, D> {
         (theta, lasting): (T, bool),
     ) -> Self {
         let (zero, none) = (SVector::zeros(), T::zero());
-        let (after, percussion, normal_work, tangential_work) = (zero, zero, none, none);
-        Self { id, interface, gap, before, after, percussion, normal_work, tangential_work, theta, lasting }
+        Self {
+            id,
+            interface,
+            gap,
+            before,
+            after: zero,
+            percussion: zero,
+            normal_work: none,
+            tangential_work: none,
+            work_bound: none,
+            theta,
+            lasting,
+        }
+    }
+
+    /// Whether the [normal, tangential] work is positive beyond its [bound](Self::work_bound): the law created energy there.
+    pub fn creates_energy(&self) -> [bool; 2] {
+        [self.normal_work > self.work_bound, self.tangential_work > self.work_bound]
     }
 
     /// A contact that did no more than carry `percussion`.

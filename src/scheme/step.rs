@@ -15,7 +15,7 @@ use crate::energy::{Balance, Energies};
 use crate::laws::{Approach, ContactLaw};
 use crate::linalg::{Factor, axpy, dot, sums};
 use crate::scalar::{Scalar, all_finite, lit, to_f64};
-use crate::solver::{ConeSolver, Solution};
+use crate::solver::{ConeSolver, Solution, solve_or_rescue};
 use crate::system::{MechanicalSystem, Prescribed};
 
 /// Most that percussions are scaled by to start the next step with, where its length is another.
@@ -67,6 +67,7 @@ where
         let position_work = self.correct_positions();
         // E_{k+1} − E_k = W_ext + W_damp + (½−θ)(…) + Σ u_{k+θ}·p                                (56)
         let (energies, balance) = self.balance(position_work)?;
+        self.set_work_bounds(solution.as_ref());
         self.accept(solution, energies, balance);
         done(Part::Ledger);
         Ok(&self.last)
@@ -244,7 +245,8 @@ where
             if contacts > 1 {
                 choose_start(problem, warm_start, older, solver.stopping().tolerance);
             }
-            solver.solve(problem, warm_start, percussions).map_err(|source| (contacts, source))
+            solve_or_rescue(solver, problem, (warm_start, older), percussions)
+                .map_err(|source| (contacts, source))
         };
         exchange(problem);
         if let Some(lasting) = &mut self.lasting {

@@ -6,7 +6,7 @@
 //! missed tolerance an error.
 
 mod admm;
-mod anderson;
+pub(crate) mod anderson;
 mod complementarity;
 #[cfg(feature = "clarabel")]
 mod conic_program;
@@ -21,8 +21,10 @@ mod hybrid;
 mod newton;
 mod newton_matrix;
 mod nsgs;
+mod pivoting;
 mod proximal_newton;
 mod registry;
+mod rescue;
 mod scaling;
 mod semismooth_newton;
 mod watchdog;
@@ -46,6 +48,7 @@ pub use hybrid::{Hybrid, HybridSettings};
 pub use nsgs::{Nsgs, NsgsSettings, Sweep};
 pub use proximal_newton::{ProximalNewton, ProximalNewtonSettings};
 pub use registry::{Description, Family, SOLVERS, UnknownSolver, build, describe};
+pub use rescue::{Attempt, Attempts, Origin, RESCUE_TIME, rescue, solve_or_rescue};
 pub use semismooth_newton::{SemismoothNewton, SemismoothNewtonSettings};
 
 /// What a successful solve reports; the residual is measured on the problem, never estimated by the solver.
@@ -58,6 +61,8 @@ pub struct Solution<T> {
     pub residual: Residual<T>,
     /// Whether that is the tolerance asked for, or all that percussions of this precision can reach.
     pub accuracy: Accuracy<T>,
+    /// The solver that found it after the chosen one had failed ([`rescue`]); `None` in the ordinary case.
+    pub rescued_by: Option<&'static str>,
 }
 
 /// What a solution was accepted by.
@@ -107,6 +112,9 @@ pub enum SolveError {
         /// What stopped the solver, where it was not the budget.
         reason: Option<String>,
     },
+    /// Neither the chosen solver nor anything that was tried after it reached the tolerance.
+    #[error("{0}")]
+    Unsolved(Box<Attempts>),
 }
 
 /// A numerical breakdown inside a solver, in words; the best iterate is kept and measured all the same.
@@ -193,7 +201,7 @@ pub trait ConeSolver<T: Scalar, const D: usize>: Debug + Send {
         let residual = problem.residual(r);
         // Both tests are written so that a NaN residual fails.
         if residual.scaled <= stopping.tolerance {
-            return Ok(Solution { iterations, residual, accuracy: Accuracy::Tolerance });
+            return Ok(Solution { iterations, residual, accuracy: Accuracy::Tolerance, rescued_by: None });
         }
         let floor = problem.floor(r);
         // Who asks for less than ε asks for an exact solution, which rounding is no excuse for.
@@ -203,7 +211,7 @@ pub trait ConeSolver<T: Scalar, const D: usize>: Debug + Send {
             let precise = problem.precise_residual(r);
             if precise.scaled <= stopping.tolerance.max(floor) {
                 let accuracy = Accuracy::Rounding { floor };
-                return Ok(Solution { iterations, residual: precise, accuracy });
+                return Ok(Solution { iterations, residual: precise, accuracy, rescued_by: None });
             }
         }
         Err(SolveError::NotConverged {

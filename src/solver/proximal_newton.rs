@@ -190,7 +190,7 @@ impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
         scaled.prepare(problem);
         inner.start(scaled, r);
         // Measured again in the problem's units, the residual may differ by rounding.
-        let target = control.tolerance() * lit::<T>(0.95);
+        let mut target = control.tolerance() * lit::<T>(0.95);
         let cold = lit::<T>(if problem.contacts() > 5_000 { 1e-2 } else { 1e-4 });
         let a = proximal.unwrap_or(cold);
         let mut schedule = Schedule::new(a);
@@ -205,7 +205,20 @@ impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
         let mut finished = smallest <= target;
         // The residual below which refinement is worth another try.
         let mut refined_below = T::infinity_impl();
-        while !finished && steps < budget {
+        let lowest = target * lit::<T>(1e-3);
+        loop {
+            if finished {
+                // The little that is left may be larger in the problem's units, where percussions nearly cancel: on with it.
+                scaled.leave(best, r);
+                if problem.residual(r).scaled <= control.tolerance() || target <= lowest {
+                    break;
+                }
+                target *= lit::<T>(0.25);
+                (finished, refined_below) = (smallest <= target, T::infinity_impl());
+            }
+            if steps >= budget {
+                break;
+            }
             if smallest < refined_below {
                 refined_below = smallest * lit::<T>(0.5);
                 scaled.leave(best, r);

@@ -10,6 +10,12 @@ use crate::scalar::{Scalar, epsilon, lit};
 /// Steps at most; each gains some digits, and a solution within reach of rounding lacks few.
 const MOST_STEPS: usize = 5;
 
+/// Parts of W that the Newton step adds, in ε: enough to leave redundant contacts a step, too little to slow it; where that
+/// stalls, next to nothing: contacts that are redundant but for the overlap of their bodies carry percussions of the size
+/// of 1/(that little), and none other.
+const REGULAR: f64 = 1e4;
+const NEXT_TO_NOTHING: f64 = 1.0;
+
 /// Iterative refinement of a solution that rounding of W r + b keeps from its tolerance: the Newton step of the
 /// statuses found, from velocities of [`ConeProblem::precise_velocities`], added to percussions in the problem's units.
 #[derive(Debug, Clone)]
@@ -42,6 +48,7 @@ impl<T: Scalar, const D: usize> Refinement<T, D> {
     ) -> (T, usize) {
         let Self { w, scaled_r, scaled_w, step, linear, best } = self;
         let (mut least, mut steps) = (T::infinity_impl(), 0);
+        let (mut regular, mut most) = (REGULAR, MOST_STEPS);
         // What comes back where no residual is a number.
         best.clear();
         best.extend_from_slice(r);
@@ -55,16 +62,21 @@ impl<T: Scalar, const D: usize> Refinement<T, D> {
                 best.clear();
                 best.extend_from_slice(r);
             }
-            if !gains || residual <= target || steps == MOST_STEPS {
+            if residual <= target {
                 break;
+            }
+            if !gains || steps == most {
+                if residual <= floor || least <= floor || regular == NEXT_TO_NOTHING {
+                    break;
+                }
+                (regular, most) = (NEXT_TO_NOTHING, steps + MOST_STEPS);
             }
             scaled.enter(r, scaled_r);
             scaled.enter_velocities(w, scaled_w);
             step.clear();
             step.resize(r.len(), SVector::zeros());
             scaled.linearise(scaled_r, scaled_w, T::zero(), scaled_r, linear);
-            // Enough to leave redundant contacts a step, too little to slow it.
-            if scaled.step(linear, lit::<T>(1e4) * epsilon::<T>(), step).is_err() {
+            if scaled.step(linear, lit::<T>(regular) * epsilon::<T>(), step).is_err() {
                 break;
             }
             steps += 1;

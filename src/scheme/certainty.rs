@@ -1,0 +1,52 @@
+//! How far a contact work can be positive for the tolerance of the cone solver alone.
+
+use super::ThetaScheme;
+use crate::cone::largest_eigenvalue;
+use crate::laws::ContactLaw;
+use crate::scalar::{Scalar, epsilon, lit};
+use crate::solver::{Accuracy, ConeSolver, Solution};
+use crate::system::MechanicalSystem;
+
+/// Factor for the norms: the residual is one number for all contacts, and that of an island may be evaluated apart.
+const MARGIN: f64 = 10.0;
+
+/// Roundings of a sum of D products, of velocities that are sums over the bodies themselves, in ε.
+const ROUNDINGS: f64 = 64.0;
+
+impl<T, const D: usize, S, L, V> ThetaScheme<T, D, S, L, V>
+where
+    T: Scalar,
+    S: MechanicalSystem<T, D>,
+    L: ContactLaw<T, D>,
+    V: ConeSolver<T, D>,
+{
+    /// Sets [`work_bound`](super::ContactStep::work_bound) of the contacts with a positive work.
+    ///
+    /// A scaled residual τ leaves velocities that are wrong by d = τ‖b‖₂ and percussions that are wrong by d/λ, λ =
+    /// λ_max(W_αα): works that are wrong by d ‖p‖ + (d/λ)(‖u‖ + d), u the faster of u_k and u_{k+1}, and by rounding.
+    pub(super) fn set_work_bounds(&mut self, solution: Option<&Solution<T>>) {
+        let Some(solution) = solution else { return };
+        let Self { next, problem, solver, .. } = self;
+        let zero = T::zero();
+        let mut left = None;
+        for (i, contact) in next.contacts.iter_mut().enumerate() {
+            // Written so that no work of a contact at rest or in dissipation costs anything.
+            if !(contact.normal_work > zero || contact.tangential_work > zero) {
+                continue;
+            }
+            let left = *left.get_or_insert_with(|| {
+                let floor = match solution.accuracy {
+                    Accuracy::Tolerance => zero,
+                    Accuracy::Rounding { floor } => floor,
+                };
+                let tolerance = nalgebra::RealField::max(solver.stopping().tolerance, floor);
+                lit::<T>(MARGIN) * tolerance * problem.b_norm()
+            });
+            let speed = nalgebra::RealField::max(contact.before.norm(), contact.after.norm());
+            let percussion = contact.percussion.norm();
+            let lambda = largest_eigenvalue(problem.diagonal(i));
+            contact.work_bound = left * (percussion + (speed + left) / lambda)
+                + lit::<T>(ROUNDINGS) * epsilon::<T>() * speed * percussion;
+        }
+    }
+}
