@@ -37,7 +37,7 @@ const PATIENCE: usize = 3;
 const SMOOTH_POWER: f64 = 1.9;
 
 /// Share of what is left for jumps that one of them takes.
-const JUMP: f64 = 0.05;
+pub(super) const JUMP: f64 = 0.05;
 
 /// Share of ε for what a force does unseen, before a contact starts to slide or lifts.
 const HIDDEN: f64 = 0.05;
@@ -300,7 +300,8 @@ where
         let largest = terms.fold(T::zero(), |a, (&x, &w)| larger(a, w * nalgebra::ComplexField::abs(x)));
         // A short path shows the rounding of its ends: what was known before stands where it cannot tell better.
         let unseen = self.rounding().0 * lit::<T>(2.0) / (size * size);
-        self.acceleration = larger(beyond(largest, unseen), nalgebra::RealField::min(self.acceleration, unseen));
+        self.acceleration =
+            larger(beyond(largest, unseen), nalgebra::RealField::min(self.acceleration, unseen));
     }
 
     /// The step just made is number `i` of those kept.
