@@ -118,11 +118,13 @@ where
         let drift = larger(self.acceleration * self.remaining(), self.least);
         let length = smaller(centred, lit::<T>(IMPACT) * self.settings.tolerance / drift);
         if length < self.least && self.least * speed > self.closed * lit::<T>(COARSE) {
-            let misplaced = half * self.least * speed / self.scheme.scales().length;
-            if misplaced > self.for_jumps * lit::<T>(JUMP) {
+            // How far the middle of the smallest step is from the impact, and what accelerations make of the velocity in it.
+            let off = larger(self.least - centred, T::zero()) * speed / self.scheme.scales().length;
+            let cost = half * (off + self.acceleration * self.least * self.remaining());
+            if !(cost <= self.for_jumps * lit::<T>(JUMP)) {
                 return Err(self.underflow(length, Limit::Event));
             }
-            self.for_jumps -= misplaced;
+            self.for_jumps -= cost;
         }
         Ok(Some(larger(length, self.least)))
     }
@@ -133,10 +135,13 @@ where
         let rule = self.scheme.settings().activation.rule;
         // A rule by gaps as they are makes contacts active once they are closed.
         let by_prediction = rule != ActivationRule::CurrentGap;
-        let before = if by_prediction { self.closed * lit::<T>(BEFORE) } else { T::zero() };
+        let kept = if by_prediction { self.closed * lit::<T>(BEFORE) } else { T::zero() };
+        // Room for half an impact step, where the smallest goes further.
+        let least = self.least;
+        let before = |rate: T| larger(kept, -rate * least);
         // A longer flight may carry a body through another, and show no overlap at its end.
         for near in self.near.iter().filter(|near| near.rate < T::zero() && !self.touched(near)) {
-            size = smaller(size, (near.gap - before) / -near.rate);
+            size = smaller(size, (near.gap - before(near.rate)) / -near.rate);
         }
         if !by_prediction {
             return size;
@@ -159,7 +164,7 @@ where
                 if self.touched(near) || ignored {
                     continue;
                 }
-                let to_go = (near.gap - before) / (near.gap - then);
+                let to_go = (near.gap - before(near.rate)) / (near.gap - then);
                 shortest = smaller(shortest, size * to_go);
             }
             if !(shortest < size) || shortest < self.least {
