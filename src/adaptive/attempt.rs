@@ -9,6 +9,12 @@ use crate::scheme::{ContactStep, StepError};
 use crate::solver::ConeSolver;
 use crate::system::MechanicalSystem;
 
+/// What is left of a difference beyond its rounding.
+fn beyond<T: Scalar>(difference: T, rounding: T) -> T {
+    // A NaN stays one: it is no small error.
+    if difference <= rounding { T::zero() } else { difference - rounding }
+}
+
 /// What a trial came to.
 pub(super) enum Attempt<T> {
     /// So many steps are kept.
@@ -31,13 +37,16 @@ const PATIENCE: usize = 3;
 const SMOOTH_POWER: f64 = 1.9;
 
 /// Share of what is left for jumps that one of them takes.
-const JUMP: f64 = 0.05;
+pub(super) const JUMP: f64 = 0.05;
 
 /// Share of ε for what a force does unseen, before a contact starts to slide or lifts.
 const HIDDEN: f64 = 0.05;
 
 /// Rounding of local velocities, in ε of the scene's speed.
 const ROUNDING: f64 = 1e5;
+
+/// What a few steps round a state by, in ε of its largest component: shorter steps do not make less of it.
+const STATE_ROUNDING: f64 = 16.0;
 
 fn larger<T: Scalar>(x: T, y: T) -> T {
     nalgebra::RealField::max(x, y)
@@ -207,7 +216,22 @@ where
             q = larger(q, of(&self.start.q, &one.state.q, &two.state.q, &three.state.q));
             v = larger(v, of(&self.start.v, &one.state.v, &two.state.v, &three.state.v));
         }
-        (q + v * self.remaining()) * lit::<T>(0.25)
+        let (rounding_q, rounding_v) = self.rounding();
+        (beyond(q, rounding_q) + beyond(v, rounding_v) * self.remaining()) * lit::<T>(0.25)
+    }
+
+    /// What rounding makes of q and of v in a trial, as a share of the scene's length (and per second).
+    fn rounding(&self) -> (T, T) {
+        let largest = |x: &[T]| {
+            let terms = x.iter().zip(&self.weights);
+            terms.fold(T::zero(), |most, (&x, &w)| larger(most, w * nalgebra::ComplexField::abs(x)))
+        };
+        let unit = lit::<T>(STATE_ROUNDING) * epsilon::<T>();
+        let state = self.scheme.state();
+        (
+            unit * larger(largest(&self.start.q), largest(&state.q)),
+            unit * larger(largest(&self.start.v), largest(&state.v)),
+        )
     }
 
     /// What forces that vary in time may do between the ends of the three steps that are kept, together of length `size`, as
@@ -239,14 +263,15 @@ where
         hidden / (self.settings.tolerance * lit::<T>(HIDDEN))
     }
 
-    /// e_q + (T − t) e_v of the distance between two states, as a share of the scene's length.
+    /// e_q + (T − t) e_v of the distance between two states, as a share of the scene's length, beyond their rounding.
     fn distance(&self, one: (&[T], &[T]), other: (&[T], &[T])) -> T {
         let (mut q, mut v) = (T::zero(), T::zero());
         for (i, &weight) in self.weights.iter().enumerate() {
             q = larger(q, weight * nalgebra::ComplexField::abs(one.0[i] - other.0[i]));
             v = larger(v, weight * nalgebra::ComplexField::abs(one.1[i] - other.1[i]));
         }
-        q + v * self.remaining()
+        let (rounding_q, rounding_v) = self.rounding();
+        beyond(q, rounding_q) + beyond(v, rounding_v) * self.remaining()
     }
 
     /// The error of the step just made, of length `size`, by the path of a longer trial from the same start: two
@@ -271,9 +296,12 @@ where
     fn set_path(&mut self, size: T) {
         let Self { scheme, start, path, weights, .. } = self;
         path.set(&start.q, &start.v, &scheme.state().q, size);
-        let largest = path.acceleration().iter().zip(&*weights);
+        let terms = path.acceleration().iter().zip(&*weights);
+        let largest = terms.fold(T::zero(), |a, (&x, &w)| larger(a, w * nalgebra::ComplexField::abs(x)));
+        // A short path shows the rounding of its ends: what was known before stands where it cannot tell better.
+        let unseen = self.rounding().0 * lit::<T>(2.0) / (size * size);
         self.acceleration =
-            largest.fold(T::zero(), |a, (&x, &w)| larger(a, w * nalgebra::ComplexField::abs(x)));
+            larger(beyond(largest, unseen), nalgebra::RealField::min(self.acceleration, unseen));
     }
 
     /// The step just made is number `i` of those kept.

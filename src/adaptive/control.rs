@@ -81,6 +81,10 @@ impl<T: Scalar> Control<T> {
     /// The length that leaves nothing of a force in time unresolved, `hidden` times what is allowed in `size`, where it grows
     /// as the third power of the length; no longer trial comes next.
     pub(super) fn for_force(&mut self, size: T, hidden: T) -> T {
+        // Where no force hides, a short trial before an event is no reason for short ones after it.
+        if hidden == T::zero() {
+            return size;
+        }
         let root = nalgebra::ComplexField::cbrt(nalgebra::RealField::max(hidden, lit::<T>(1e-3)));
         let length = lit::<T>(SAFETY) * size / root;
         self.size = nalgebra::RealField::min(self.size, length);

@@ -98,6 +98,8 @@ pub struct Adaptive<T: Scalar, const D: usize, S, L, V> {
     pub(super) density: T,
     /// Estimate of the last trial, and its share.
     pub(super) last_error: (T, T),
+    /// Time, what was left until T, and the steps computed when the last thousandth of the span was over.
+    mark: (T, T, usize),
 }
 
 impl<T, const D: usize, S, L, V> Adaptive<T, D, S, L, V>
@@ -173,6 +175,7 @@ where
             last_trial: (T::zero(), T::one()),
             density: T::zero(),
             last_error: (T::zero(), T::zero()),
+            mark: (start, settings.end - start, 0),
             scheme,
             settings,
         })
@@ -218,6 +221,7 @@ where
             if !(left >= self.least) {
                 return Ok(ControlFlow::Continue(()));
             }
+            self.check_progress()?;
             let made = self.advance(left)?;
             let mut broken = ControlFlow::Continue(());
             for Record { state, step } in &self.records[..made] {
@@ -277,6 +281,29 @@ where
             }
         }
         Err(self.underflow(size, Limit::Event))
+    }
+
+    /// Sees that a thousandth of the span takes no more steps than allowed.
+    fn check_progress(&mut self) -> Result<(), AdaptiveError> {
+        let left = self.scheme.until(self.settings.end);
+        let (since, left_then, computed_then) = self.mark;
+        if left_then - left >= self.span * lit::<T>(1e-3) {
+            self.mark = (self.scheme.state().time, left, self.report.computed);
+            return Ok(());
+        }
+        let steps = self.report.computed - computed_then;
+        if steps <= self.settings.max_steps {
+            return Ok(());
+        }
+        let (error, share) = self.last_error;
+        Err(AdaptiveError::TooManySteps {
+            time: to_f64(self.scheme.state().time),
+            since: to_f64(since),
+            steps,
+            most: self.settings.max_steps,
+            error: to_f64(error),
+            share: to_f64(share),
+        })
     }
 
     fn shrink(&self, size: &mut T, to: T, limit: Limit) -> Result<(), AdaptiveError> {

@@ -1,5 +1,6 @@
 //! Impacts, bounces too low to matter, and ends of sliding: where steps are to end.
 
+use super::attempt::JUMP;
 use super::driver::Adaptive;
 use super::roots::{falling_root, parabola_minimum};
 use super::{AdaptiveError, Limit};
@@ -34,6 +35,10 @@ pub(super) enum Meeting<T> {
 /// Gap at which a flight ends for an impact, and up to which a closing contact is made one, in γ.
 const LANDING: f64 = 0.3;
 const NEAR: f64 = 2.0;
+
+/// Gap that a contact which closes at its present speed is to keep over a flight, in γ: the active set leaves it out, and an
+/// impact is made from there.
+const BEFORE: f64 = 1.1;
 
 /// What the smallest step may move a body by at an impact, in γ.
 const COARSE: f64 = 100.0;
@@ -84,16 +89,18 @@ where
         self.near.iter().find(|near| near.id == id)
     }
 
-    /// Whether a contact is touched at the start: an impact is made from there, no flight.
+    /// Whether a contact is touched at the start: an impact is made from there, no flight. So is one that closes before
+    /// the smallest step is over.
     fn touched(&self, near: &Near<T>) -> bool {
-        near.gap <= self.closed * lit::<T>(NEAR)
+        let least_flight = self.least * lit::<T>(3.0);
+        near.gap <= larger(self.closed * lit::<T>(NEAR), -near.rate * least_flight)
     }
 
     /// The length of a step with an impact at its middle, where a contact touched approaches.
     ///
     /// # Errors
-    /// The smallest length would move a body by more than what counts as closed.
-    pub(super) fn impact_length(&self, size: T) -> Result<Option<T>, AdaptiveError> {
+    /// The smallest length would move a body by far more than what counts as closed, and by more than ε has left for it.
+    pub(super) fn impact_length(&mut self, size: T) -> Result<Option<T>, AdaptiveError> {
         let half = lit::<T>(0.5);
         let mut wanted = None::<(T, T)>;
         for near in self.near.iter().filter(|near| self.touched(near)) {
@@ -111,16 +118,32 @@ where
         let drift = larger(self.acceleration * self.remaining(), self.least);
         let length = smaller(centred, lit::<T>(IMPACT) * self.settings.tolerance / drift);
         if length < self.least && self.least * speed > self.closed * lit::<T>(COARSE) {
-            return Err(self.underflow(length, Limit::Event));
+            // How far the middle of the smallest step is from the impact, and what accelerations make of the velocity in it.
+            let off = larger(self.least - centred, T::zero()) * speed / self.scheme.scales().length;
+            let cost = half * (off + self.acceleration * self.least * self.remaining());
+            if !(cost <= self.for_jumps * lit::<T>(JUMP)) {
+                return Err(self.underflow(length, Limit::Event));
+            }
+            self.for_jumps -= cost;
         }
         Ok(Some(larger(length, self.least)))
     }
 
     /// The longest length, `size` at most, over which no contact that is open closes at its present speed: the rules by
-    /// predicted gaps would make it active.
+    /// predicted gaps would make it active, and none may be passed through.
     pub(super) fn keep_open(&mut self, mut size: T) -> T {
         let rule = self.scheme.settings().activation.rule;
-        if rule == ActivationRule::CurrentGap {
+        // A rule by gaps as they are makes contacts active once they are closed.
+        let by_prediction = rule != ActivationRule::CurrentGap;
+        let kept = if by_prediction { self.closed * lit::<T>(BEFORE) } else { T::zero() };
+        // Room for half an impact step, where the smallest goes further.
+        let least = self.least;
+        let before = |rate: T| larger(kept, -rate * least);
+        // A longer flight may carry a body through another, and show no overlap at its end.
+        for near in self.near.iter().filter(|near| near.rate < T::zero() && !self.touched(near)) {
+            size = smaller(size, (near.gap - before(near.rate)) / -near.rate);
+        }
+        if !by_prediction {
             return size;
         }
         let velocity_tolerance = self.scheme.tolerances().1;
@@ -141,8 +164,8 @@ where
                 if self.touched(near) || ignored {
                     continue;
                 }
-                let to_go = (near.gap - self.closed) / (near.gap - then);
-                shortest = smaller(shortest, size * to_go * lit::<T>(1.0 - 1e-6));
+                let to_go = (near.gap - before(near.rate)) / (near.gap - then);
+                shortest = smaller(shortest, size * to_go);
             }
             if !(shortest < size) || shortest < self.least {
                 break;
@@ -291,16 +314,15 @@ where
 
     /// Looks at the gaps after step `i` of three of length `third`: where the next trial is to end if a contact has closed.
     pub(super) fn passing(&mut self, i: usize, third: T) -> Option<T> {
-        let Self { scheme, candidates, point, near, closed, .. } = self;
-        let fresh =
-            |id: ContactId| !near.iter().any(|near| near.id == id && near.gap <= *closed * lit::<T>(NEAR));
-        let hit = scheme.last_step().contacts.iter().any(|c| c.percussion[0] > T::zero() && fresh(c.id));
+        let fresh = |id: ContactId| !self.near.iter().any(|near| near.id == id && self.touched(near));
+        let hit = self.scheme.last_step().contacts.iter().any(|c| c.percussion[0] > T::zero() && fresh(c.id));
         if hit {
             return Some(if i > 0 { third * lit::<T>(i as f64) } else { third * lit::<T>(0.5) });
         }
         if !self.watches {
             return None;
         }
+        let Self { scheme, candidates, point, near, closed, .. } = self;
         point.copy_from_slice(&scheme.state().q);
         let reach = near.iter().fold(*closed, |reach, near| larger(reach, near.gaps[i]));
         scheme.candidates_at(point, reach, candidates);

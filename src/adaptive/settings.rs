@@ -17,12 +17,18 @@ pub struct AdaptiveSettings<T> {
     pub min_step: Option<T>,
     /// Largest length of a step (s); by default a tenth of the span.
     pub max_step: Option<T>,
+    /// Largest number of θ-steps computed, kept or not, in a thousandth of the span, ≥ 1; by default 500 000. A run that
+    /// needs more ends with [`AdaptiveError::TooManySteps`].
+    pub max_steps: usize,
 }
+
+/// θ-steps in a thousandth of the span: some ten thousand impacts, or smooth motion at any tolerance that a double resolves.
+const MOST_STEPS: usize = 500_000;
 
 impl<T: Scalar> AdaptiveSettings<T> {
     /// Tolerance ε until time `end`, step lengths by default.
     pub fn new(tolerance: T, end: T) -> Self {
-        Self { tolerance, end, first_step: None, min_step: None, max_step: None }
+        Self { tolerance, end, first_step: None, min_step: None, max_step: None, max_steps: MOST_STEPS }
     }
 
     /// Smallest tolerance of the scalar: a few thousand roundings of a length are left for the roots of gaps.
@@ -38,6 +44,9 @@ impl<T: Scalar> AdaptiveSettings<T> {
         let (least, most) = (Self::least_tolerance(), lit::<T>(0.5));
         if !(self.tolerance >= least && self.tolerance <= most) {
             return refuse("the tolerance", self.tolerance, format!("in [{:e}, 0.5]", to_f64(least)));
+        }
+        if self.max_steps == 0 {
+            return refuse("the largest number", T::zero(), "≥ 1".into());
         }
         let span = self.end - start;
         if !(span > T::zero() && all_finite([&self.end])) {
@@ -98,6 +107,24 @@ pub enum AdaptiveError {
     /// A step of the smallest length failed.
     #[error(transparent)]
     Step(#[from] StepError),
+    /// The motion does not get on: too many steps for a thousandth of the span.
+    #[error(
+        "t = {time} s: {steps} steps have been computed since t = {since} s, {most} are allowed in a thousandth of the span          (`max_steps`); the last trial had an error of {error:e} of the scene's length, {share:e} was its share of the          tolerance"
+    )]
+    TooManySteps {
+        /// Time of the last step kept (s).
+        time: f64,
+        /// Time from which the steps are counted (s).
+        since: f64,
+        /// Steps computed since then.
+        steps: usize,
+        /// The number allowed.
+        most: usize,
+        /// Estimated error of the last trial that had an estimate, in lengths of the scene; 0 if none had.
+        error: f64,
+        /// Its share of the tolerance.
+        share: f64,
+    },
     /// No step length meets the tolerance.
     #[error(
         "t = {time} s: {limit} asks for a step of {step:e} s, the smallest is {least:e} s; the last trial had an error of \

@@ -47,25 +47,28 @@ pub struct AdaptiveSpec {
     pub min_step: Option<f64>,
     /// Largest length of a step (s).
     pub max_step: Option<f64>,
+    /// Largest number of steps computed in a thousandth of the span.
+    pub max_steps: Option<usize>,
 }
 
 impl AdaptiveSpec {
     /// Tolerance ε, step lengths by default.
     pub fn new(tolerance: f64) -> Self {
-        Self { tolerance, first_step: None, min_step: None, max_step: None }
+        Self { tolerance, first_step: None, min_step: None, max_step: None, max_steps: None }
     }
 }
 
 impl TimeSpec {
     /// The settings of a run under error control; `None` for fixed steps.
     pub fn adaptive_settings<T: Scalar>(&self) -> Option<AdaptiveSettings<T>> {
-        let AdaptiveSpec { tolerance, first_step, min_step, max_step } = self.adaptive?;
+        let AdaptiveSpec { tolerance, first_step, min_step, max_step, max_steps } = self.adaptive?;
+        let defaults = AdaptiveSettings::new(lit(tolerance), lit(self.end));
         Some(AdaptiveSettings {
-            tolerance: lit(tolerance),
-            end: lit(self.end),
+            max_steps: max_steps.unwrap_or(defaults.max_steps),
             first_step: first_step.map(lit),
             min_step: min_step.map(lit),
             max_step: max_step.map(lit),
+            ..defaults
         })
     }
 }
@@ -82,6 +85,7 @@ struct TimeFields {
     first_step: Option<f64>,
     min_step: Option<f64>,
     max_step: Option<f64>,
+    max_steps: Option<usize>,
     end: f64,
     #[serde(default = "half")]
     theta: f64,
@@ -146,12 +150,13 @@ impl TryFrom<TimeFields> for TimeSpec {
     type Error = String;
 
     fn try_from(fields: TimeFields) -> Result<Self, String> {
-        let TimeFields { tolerance, first_step, min_step, max_step, end, .. } = fields;
+        let TimeFields { tolerance, first_step, min_step, max_step, max_steps, end, .. } = fields;
         let given = [
             ("tolerance", tolerance),
             ("first_step", first_step),
             ("min_step", min_step),
             ("max_step", max_step),
+            ("max_steps", max_steps.map(|steps| steps as f64)),
         ];
         let (step, adaptive) = match fields.step {
             StepField::Fixed(step) => match given.iter().find(|(_, given)| given.is_some()) {
@@ -163,7 +168,7 @@ impl TryFrom<TimeFields> for TimeSpec {
             }
             StepField::Adaptive => {
                 let tolerance = tolerance.ok_or("step = \"adaptive\" needs a `tolerance`")?;
-                let adaptive = AdaptiveSpec { tolerance, first_step, min_step, max_step };
+                let adaptive = AdaptiveSpec { tolerance, first_step, min_step, max_step, max_steps };
                 (first_step.unwrap_or(FIRST * end), Some(adaptive))
             }
         };
