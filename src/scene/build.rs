@@ -182,6 +182,7 @@ fn settings<T: Scalar>(scene: &Scene) -> Settings<T> {
         activation,
         allow_unproved_theta: time.allow_unproved_theta,
         sleep: time.sleep,
+        joint_tolerance: time.joint_tolerance.map(lit),
     }
 }
 

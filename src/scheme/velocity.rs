@@ -12,6 +12,7 @@
 
 use nalgebra::SVector;
 
+use super::joints::Span;
 use super::nonlinear::Start;
 use super::record::Next;
 use super::{Settings, StepError, ThetaScheme};
@@ -60,14 +61,17 @@ where
         } else {
             self.solve_free_velocity();
         }
-        let Self { system, settings: Settings { theta, step: h, .. }, state, next, factor, joints, .. } =
-            self;
+        let Self { system, settings, state, next, factor, joints, .. } = self;
         if joints.is_empty() {
             return Ok(());
         }
-        let set = joints.set(system, &state.q, (*h, &next.v_theta), factor);
-        let bias = -(T::one() - *theta) / *theta;
-        if let Err(row) = set.and_then(|()| joints.project(factor, &mut next.v_free, bias, &state.v)) {
+        let theta = settings.theta;
+        let span = Span { q: &state.q, v: &state.v, step: settings.step, theta: |_| theta };
+        if self.passes == 0 {
+            joints.start(system, &state.q, &next.v, self.scales.length);
+        }
+        let contacts = !next.contacts.is_empty();
+        if let Err(row) = joints.bind(system, span, contacts, factor, &mut next.v_free) {
             let (step, time) = self.place();
             return Err(StepError::Joints { step, time, joint: self.system.joint_label(row) });
         }
@@ -143,9 +147,10 @@ where
                         jacobian.add_transpose(row, p, impulse);
                     }
                     scratch.copy_from_slice(impulse);
-                    factor.solve_in_place(&mut scratch[..free]);
-                    if !joints.is_empty() {
-                        joints.constrain(factor, scratch);
+                    if joints.is_empty() {
+                        factor.solve_in_place(&mut scratch[..free]);
+                    } else {
+                        joints.respond(factor, scratch);
                     }
                     axpy(&mut v[..free], T::one(), scratch);
                 }

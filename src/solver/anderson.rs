@@ -11,7 +11,7 @@ use crate::scalar::{Scalar, lit};
 pub(super) const MAX_DEPTH: usize = 10;
 
 /// What x is made of: numbers, or the vectors of the contacts.
-pub(super) trait Entry<T>:
+pub(crate) trait Entry<T>:
     Copy + Zero + Sub<Output = Self> + SubAssign + Mul<T, Output = Self>
 {
     /// The inner product.
@@ -37,7 +37,7 @@ impl<T: Scalar, const D: usize> Entry<T> for SVector<T, D> {
 /// Tikhonov term of 1e-12 of their largest diagonal; weights of Σ|γ| > 1e4 are refused, and the memory is cleared when
 /// ‖f‖ more than doubles.
 #[derive(Debug, Clone)]
-pub(super) struct Anderson<T, V> {
+pub(crate) struct Anderson<T, V> {
     depth: usize,
     /// Columns in use, and the one to overwrite next.
     filled: usize,
@@ -54,7 +54,7 @@ pub(super) struct Anderson<T, V> {
 
 impl<T: Scalar, V: Entry<T>> Anderson<T, V> {
     /// An accelerator that remembers `depth` steps, [`MAX_DEPTH`] at most; 0 is the plain iteration.
-    pub(super) fn new(depth: usize) -> Self {
+    pub(crate) fn new(depth: usize) -> Self {
         let (f, g, df, dg) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let gram = [[T::zero(); MAX_DEPTH]; MAX_DEPTH];
         let depth = depth.min(MAX_DEPTH);
@@ -62,7 +62,7 @@ impl<T: Scalar, V: Entry<T>> Anderson<T, V> {
     }
 
     /// Forgets everything and takes the length of x; allocates only where it is larger than any before.
-    pub(super) fn prepare(&mut self, length: usize) {
+    pub(crate) fn prepare(&mut self, length: usize) {
         self.forget();
         for (buffer, columns) in
             [(&mut self.f, 1), (&mut self.g, 1), (&mut self.df, self.depth), (&mut self.dg, self.depth)]
@@ -72,12 +72,12 @@ impl<T: Scalar, V: Entry<T>> Anderson<T, V> {
     }
 
     /// Forgets the steps and keeps the length of x.
-    pub(super) fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         (self.filled, self.next, self.started) = (0, 0, false);
     }
 
     /// Replaces `x` = g(`from`) by the accelerated iterate; whether it differs, and may have left the set x lies in.
-    pub(super) fn accelerate(
+    pub(crate) fn accelerate(
         &mut self,
         from: &[V],
         x: &mut [V],
