@@ -15,7 +15,7 @@ use nonsmooth::linalg::{BlockRows, Symmetric};
 use nonsmooth::scalar::{Scalar, lit};
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, ThetaScheme};
 use nonsmooth::solver::{ConeSolver, Nsgs, NsgsSettings, Stopping, build};
-use nonsmooth::system::{Forces, Lagrangian, MechanicalSystem, SmoothGap};
+use nonsmooth::system::{Body, Forces, Lagrangian, MechanicalSystem, RigidBodies, SmoothGap};
 use random_problems::{Recipe, random};
 
 /// Makes `warm_up` steps, then asserts that the next `steps` allocate nothing and that contacts were active in them.
@@ -83,6 +83,30 @@ fn the_frictionless_stick_allocates_nothing() {
 fn pile<T: Scalar, const D: usize>(wide: usize, high: usize, friction: f64, tolerance: f64) {
     let mut scheme = scenes::pile::<T, D>(wide, high, friction, "nsgs", Some(tolerance));
     assert_no_allocation("a pile of discs", &mut scheme, 300, 100);
+}
+
+/// Two links that hang from a pin and drag on a floor.
+#[test]
+fn joints_with_contacts_allocate_nothing() {
+    let mut builder = RigidBodies::<f64>::builder();
+    let (ends, ground) = (builder.group(), builder.group());
+    let link = Body { mass: 1.0, inertia: 1.0 / 12.0 };
+    let upper = builder.body("upper", link).expect("positive");
+    let lower = builder.body("lower", link).expect("positive");
+    builder.pin("hinge", upper, [-0.5, 0.0], None, [0.0; 2]).expect("finite");
+    builder.pin("elbow", lower, [-0.5, 0.0], Some(upper), [0.5, 0.0]).expect("finite");
+    builder.disc("tip", lower, [0.5, 0.0], 0.05, ends).expect("a disc");
+    builder.half_plane("floor", [0.0, -1.0], [0.0, 1.0], ground).expect("a plane");
+    builder.interface(ends, ground).expect("two groups");
+    builder.gravity([0.0, -9.81]).expect("finite");
+    let system = builder.build().expect("bodies");
+    let laws = vec![Fremond::new(0.0, 0.3).expect("in range")];
+    let solver: Box<dyn ConeSolver<f64, 2>> = build("nsgs", Stopping::to(1e-10)).expect("registered");
+    let activation = Activation::new(ActivationRule::PredictedGap);
+    let settings = Settings { activation, ..Settings::new(0.6, 1e-3) };
+    let q = vec![0.5, 0.0, 0.0, 1.5, 0.0, 0.0];
+    let mut scheme = ThetaScheme::new(system, laws, solver, settings, 0.0, q, vec![0.0; 6]).expect("closed");
+    assert_no_allocation("joints", &mut scheme, 3000, 1000);
 }
 
 #[test]

@@ -10,7 +10,7 @@ use super::{AdaptiveError, AdaptiveSettings, Limit};
 use crate::contact::Candidate;
 use crate::laws::ContactLaw;
 use crate::scalar::{Scalar, epsilon, lit, to_f64};
-use crate::scheme::{Saved, State, Step, ThetaScheme};
+use crate::scheme::{Saved, SetupError, State, Step, ThetaScheme};
 use crate::solver::ConeSolver;
 use crate::system::MechanicalSystem;
 
@@ -112,11 +112,14 @@ where
     /// Takes a scheme over. Tolerances of its active set that the user left open follow ε.
     ///
     /// # Errors
-    /// [`AdaptiveError::OutOfRange`], [`AdaptiveError::Setup`] for a system whose steps have one length.
+    /// [`AdaptiveError::OutOfRange`], [`AdaptiveError::Setup`] for a system whose steps have one length, or with joints.
     pub fn new(
         mut scheme: ThetaScheme<T, D, S, L, V>,
         settings: AdaptiveSettings<T>,
     ) -> Result<Self, AdaptiveError> {
+        if scheme.system().joint_rows() > 0 {
+            return Err(SetupError::JointsAdaptive.into());
+        }
         let start = scheme.state().time;
         let (least, first, largest) = settings.check(start)?;
         scheme.set_step(first)?;

@@ -197,6 +197,7 @@ fn settings<T: Scalar>(scene: &Scene) -> Settings<T> {
         lasting: time.lasting,
         theta_rest: lit(time.theta_rest),
         sleep: time.sleep,
+        joint_tolerance: time.joint_tolerance.map(lit),
     }
 }
 

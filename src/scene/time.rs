@@ -34,6 +34,8 @@ pub struct TimeSpec {
     /// Tolerance of the rule on the normal velocity (m/s), above what the solver leaves; scales with the scene where
     /// absent.
     pub velocity_tolerance: Option<f64>,
+    /// Opening of joints that a step may leave (m or rad); the rounding of positions where absent.
+    pub joint_tolerance: Option<f64>,
 }
 
 /// Error control, see [`crate::adaptive`].
@@ -101,6 +103,7 @@ struct TimeFields {
     activation: ActivationRuleName,
     gap_tolerance: Option<f64>,
     velocity_tolerance: Option<f64>,
+    joint_tolerance: Option<f64>,
 }
 
 fn half() -> f64 {
@@ -184,6 +187,7 @@ impl TryFrom<TimeFields> for TimeSpec {
             activation: fields.activation,
             gap_tolerance: fields.gap_tolerance,
             velocity_tolerance: fields.velocity_tolerance,
+            joint_tolerance: fields.joint_tolerance,
         })
     }
 }

@@ -46,8 +46,7 @@ impl<T: Scalar, const D: usize> Assembler<T, D> {
     ) {
         match factor {
             Factor::Diagonal(inverse) => {
-                w.clear();
-                self.sparse(h, inverse, w);
+                self.assemble_pair(h, h, inverse, w);
             }
             factor => {
                 let free = self.free;
@@ -60,8 +59,16 @@ impl<T: Scalar, const D: usize> Assembler<T, D> {
         }
     }
 
-    /// With a diagonal M̂, contacts couple only through degrees of freedom they share.
-    fn sparse(&mut self, h: &BlockRows<T, D>, inverse: &[T], w: &mut BlockMatrix<T, D>) {
+    /// w ← G A⁻¹ Hᵀ for rows G and H of one pattern and a diagonal A, given by its `inverse`: rows couple only through
+    /// degrees of freedom they share.
+    pub(super) fn assemble_pair(
+        &mut self,
+        g: &BlockRows<T, D>,
+        h: &BlockRows<T, D>,
+        inverse: &[T],
+        w: &mut BlockMatrix<T, D>,
+    ) {
+        w.clear();
         self.next.clear();
         for row in 0..h.rows() {
             for (dof, _) in h.row(row) {
@@ -73,7 +80,7 @@ impl<T: Scalar, const D: usize> Assembler<T, D> {
         self.place.resize(h.rows(), NONE);
         for row in 0..h.rows() {
             self.row.clear();
-            for (dof, left) in h.row(row).filter(|&(dof, _)| dof < self.free) {
+            for (dof, left) in g.row(row).filter(|&(dof, _)| dof < self.free) {
                 let weighted = left * inverse[dof];
                 let mut entry = self.head[dof];
                 while entry != NONE {

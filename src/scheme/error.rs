@@ -120,6 +120,22 @@ pub enum SetupError {
         /// φ (m or rad).
         by: f64,
     },
+    /// A tolerance of the joints that is not finite, not positive or below rounding.
+    #[error(
+        "joint_tolerance = {value:e} must be finite and at least {rounding:e}, the rounding of positions in this scene"
+    )]
+    JointTolerance {
+        /// The tolerance given (m or rad).
+        value: f64,
+        /// The smallest that is accepted.
+        rounding: f64,
+    },
+    /// Error control over joints.
+    #[error(
+        "error control takes no joints: their rates alternate about zero from step to step, which a change of length \
+         breaks; use fixed steps"
+    )]
+    JointsAdaptive,
     /// A step that changes its length, with displacements that move.
     #[error("a step of changing length takes no prescribed displacement that moves: its q_k depends on h")]
     MovingStep,
@@ -204,7 +220,28 @@ pub enum StepError {
         /// Label of the joint.
         joint: String,
     },
-    /// The iteration for joints or nonlinear terms did not end.
+    /// The passes over a step with joints did not end.
+    #[error(
+        "step {step}, t = {time} s: joint {joint} is open by {opening:e} after {passes} passes, tolerance {tolerance:e}, \
+         and the equations of motion and joints are off by {excess:e} tolerances; a smaller step converges faster"
+    )]
+    JointPasses {
+        /// Number of the step.
+        step: usize,
+        /// Time at its end.
+        time: f64,
+        /// Label of the joint that is open most.
+        joint: String,
+        /// Its opening (m or rad).
+        opening: f64,
+        /// How much was allowed.
+        tolerance: f64,
+        /// The larger of the opening and the residual of the equations of motion, in what is allowed of each.
+        excess: f64,
+        /// Passes made.
+        passes: usize,
+    },
+    /// The iteration for nonlinear terms did not end.
     #[error(
         "step {step}, t = {time} s: {what} is {left_over:e} after {passes} passes, tolerance {tolerance:e}; a \
          smaller step converges faster"
@@ -214,7 +251,7 @@ pub enum StepError {
         step: usize,
         /// Time at its end.
         time: f64,
-        /// What is left: the opening of a joint (m), or the relative residual of the equations of motion.
+        /// What is left: the relative residual of the equations of motion.
         what: &'static str,
         /// How much.
         left_over: f64,

@@ -541,15 +541,15 @@ where
             jacobian.add_transpose(row, &opening, impulse);
         }
         scratch.copy_from_slice(impulse);
-        factor.solve_in_place(scratch);
         if joints.is_empty() {
+            factor.solve_in_place(scratch);
             axpy(q, T::one(), scratch);
             return -dot(force, scratch);
         }
-        joints.constrain(factor, scratch);
+        joints.respond(factor, scratch);
         impulse.copy_from_slice(q);
         axpy(q, T::one(), scratch);
-        joints.close(system, factor, (impulse, q), scratch);
+        joints.close(system, factor, impulse, q);
         axpy(impulse, -T::one(), q);
         dot(force, impulse)
     }

@@ -20,10 +20,11 @@
 //!   M̂ (v_{k+1} − v_free) = Hᵀ p + Ḡᵀ λ,     K* ∋ Φ(w) ⟂ p ∈ K,     {0} ∋ Ḡ v_{k+θ} ⟂ λ ∈ ℝ
 //! ```
 //!
-//! and λ is eliminated exactly: M̂⁻¹ gives way to P = M̂⁻¹ − M̂⁻¹ Ḡᵀ S⁻¹ Ḡ M̂⁻¹, S = Ḡ M̂⁻¹ Ḡᵀ, in W = H P Hᵀ and in the
+//! and λ is eliminated: M̂⁻¹ gives way to P = M̂⁻¹ − M̂⁻¹ Ḡᵀ S⁻¹ Ḡ M̂⁻¹, S = Ḡ M̂⁻¹ Ḡᵀ, in W = H P Hᵀ and in the
 //! free velocity, and every solver sees a cone problem as before. Joints do no work, for any θ. Ḡ is the discrete
-//! derivative of φ over the step, φ(q_{k+1}) − φ(q_k) = Ḡ (q_{k+1} − q_k), so that joints stay closed to rounding; as it
-//! depends on the end of the step, the step is made in passes (three or four).
+//! derivative of φ over the step, φ(q_{k+1}) − φ(q_k) = Ḡ (q_{k+1} − q_k), so that joints stay closed to rounding
+//! ([`Settings::joint_tolerance`]) over any number of steps. It depends on the end of the step: Newton's method finds it
+//! under given percussions, and passes with a cone problem each, accelerated, find these; see `joints.rs`.
 //!
 //! # Nonlinear systems
 //!

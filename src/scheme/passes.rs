@@ -1,5 +1,6 @@
 //! The passes of a step whose terms depend on its end: joints and nonlinear systems.
 
+use super::joints::{STAGNATION as JOINT_STAGNATION, Span};
 use super::nonlinear::Start;
 use super::record::{Next, State};
 use super::{Settings, StepError, ThetaScheme};
@@ -11,9 +12,6 @@ use crate::system::MechanicalSystem;
 
 /// Most passes of a step. Each gains a factor of the order of h‖ω‖, so that a sound step takes three to five.
 const MOST_PASSES: usize = 50;
-
-/// Rounding of the positions that joints compare, in ε of the largest: they are sums of a few products.
-const ROUNDING: f64 = 64.0;
 
 /// What is to be left of the equations of motion, in ε of their largest term.
 const EQUATIONS: f64 = 8.0;
@@ -75,16 +73,29 @@ where
 
     /// Whether the pass leaves nothing to iterate for.
     pub(super) fn is_last_pass(&mut self) -> Result<bool, StepError> {
-        let Self { system, settings, state, next, joints, .. } = self;
+        let Self { system, settings, state, next, joints, factor, lasting, .. } = self;
         let mut worst = None::<(&'static str, T, T)>;
-        let rounding = lit::<T>(ROUNDING) * epsilon::<T>();
         if !joints.is_empty() {
-            let (opening, _) = joints.opening(system, &state.q, &next.q);
-            let tolerance = rounding * nalgebra::RealField::max(self.scales.length, max_abs(&next.q));
+            let span = Span::of(settings, state, lasting.as_ref());
+            let impulse = (!next.contacts.is_empty()).then_some(&next.impulse[..]);
+            let left_over = joints.judge(system, span, factor, &next.v, impulse);
+            let stagnates = self.passes > 3 && !(left_over.excess < self.left_over * lit::<T>(0.5));
+            let enough = lit::<T>(if stagnates || impulse.is_none() { JOINT_STAGNATION } else { 1.0 });
+            self.left_over = left_over.excess;
             // Written so that a NaN goes on.
-            if !(opening <= tolerance) {
-                worst = Some(("the opening of a joint", opening, tolerance));
+            if left_over.excess <= enough {
+                return Ok(true);
             }
+            let contacts = impulse.is_some();
+            self.passes += 1;
+            // Without contacts nothing changes from pass to pass.
+            if contacts && self.passes < MOST_PASSES {
+                return Ok(false);
+            }
+            let ((step, time), passes) = (self.place(), self.passes);
+            let (excess, tolerance) = (to_f64(left_over.excess), to_f64(left_over.tolerance));
+            let (joint, opening) = (self.system.joint_label(left_over.row), to_f64(left_over.opening));
+            return Err(StepError::JointPasses { step, time, joint, opening, tolerance, excess, passes });
         }
         if let (Some(nonlinear), Some(dynamics)) = (&mut self.nonlinear, system.nonlinear()) {
             let start = Start::of(state, settings, &next.force);

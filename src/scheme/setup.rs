@@ -2,9 +2,10 @@
 
 use nalgebra::SVector;
 
+use super::joints::{LEAST_ROUNDING, ROUNDING};
 use super::{Activation, SetupError};
 use crate::laws::{Approach, ContactLaw, Response};
-use crate::linalg::Symmetric;
+use crate::linalg::{Symmetric, max_abs};
 use crate::scalar::{Scalar, all_finite, epsilon, lit, to_f64};
 use crate::system::{MechanicalSystem, Prescribed};
 
@@ -31,6 +32,10 @@ pub struct Settings<T> {
     /// within the tolerance of the cone solver, and nothing else; systems that cannot say what rests
     /// ([`MechanicalSystem::body_dofs`]), with joints or with forces that vary in time compute every step.
     pub sleep: bool,
+    /// Opening (m or rad) of a joint against that of the start which a step may leave. `None`, the default, is 64 ε of the
+    /// largest coordinate, what the rounding of positions leaves; it never adds up over steps. Looser tolerances save a
+    /// pass at most and let joints do work, their percussions times the opening over h: the balance shows it.
+    pub joint_tolerance: Option<T>,
 }
 
 impl<T: Scalar> Settings<T> {
@@ -44,6 +49,7 @@ impl<T: Scalar> Settings<T> {
             lasting: true,
             theta_rest: T::one(),
             sleep: false,
+            joint_tolerance: None,
         }
     }
 }
@@ -173,8 +179,17 @@ pub(super) fn check_joints<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>
     }
     let mut open = vec![T::zero(); rows];
     system.joint_residual(q, &mut open);
-    let floor = lit::<T>(64.0) * epsilon::<T>();
-    let bound = nalgebra::RealField::max(lit::<T>(JOINT_TOLERANCE), floor) * (length + T::one());
+    let larger = nalgebra::RealField::max;
+    if let Some(tolerance) = settings.joint_tolerance {
+        let rounding = lit::<T>(LEAST_ROUNDING) * epsilon::<T>() * larger(length, max_abs(q));
+        if !(tolerance > T::zero() && tolerance >= rounding && all_finite([&tolerance])) {
+            let (value, rounding) = (to_f64(tolerance), to_f64(rounding));
+            return Err(SetupError::JointTolerance { value, rounding });
+        }
+    }
+    let floor = lit::<T>(ROUNDING) * epsilon::<T>();
+    let bound = larger(lit::<T>(JOINT_TOLERANCE), floor) * (length + T::one());
+    let bound = larger(bound, settings.joint_tolerance.unwrap_or_else(T::zero));
     match open.iter().position(|&x| !(nalgebra::ComplexField::abs(x) <= bound)) {
         Some(row) => Err(SetupError::JointOpen { joint: system.joint_label(row), by: to_f64(open[row]) }),
         None => Ok(()),

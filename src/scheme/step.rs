@@ -177,11 +177,7 @@ where
             None if joints.is_empty() => self.assembler.assemble(jacobian, factor, w),
             None if jacobian.rows() == 0 => w.clear(),
             None => {
-                let apply = |x: &mut [T]| {
-                    factor.solve_in_place(x);
-                    joints.constrain(factor, x);
-                };
-                self.assembler.assemble_with(jacobian, apply, w);
+                self.assembler.assemble_with(jacobian, |x: &mut [T]| joints.respond(factor, x), w);
             }
         }
         b.clear();

@@ -111,7 +111,11 @@ where
         let matrix = iteration_matrix(&system, &settings);
         let coupling = coupling(&system, &matrix, free);
         let matrix = if free < system.dofs() { matrix.leading(free) } else { matrix };
-        let rows = if system.constant_jacobian() { constant_rows(&mut system, &q)? } else { None };
+        let rows = if system.constant_jacobian() && system.joint_rows() == 0 {
+            constant_rows(&mut system, &q)?
+        } else {
+            None
+        };
         let last = rows.as_ref().map(|rows| rows.dofs(free)).unwrap_or_default();
         let mut factor = Factor::with_last(&matrix, &last).map_err(SetupError::IterationMatrix)?;
         let kept = rows.map(|rows| rows.delassus(&mut factor, free));
@@ -137,7 +141,7 @@ where
         let rest = settings.sleep.then(|| Rest::new(&system, settings.step, solver.stopping().tolerance));
         let rest = rest.flatten();
         let lasting = Lasting::new(&system, &laws, &settings, &q);
-        let joints = Joints::new(system.joint_rows(), n);
+        let joints = Joints::new(&system, &q, settings.joint_tolerance);
         Ok(Self {
             system,
             laws,

@@ -12,6 +12,7 @@
 
 use nalgebra::SVector;
 
+use super::joints::Span;
 use super::lasting::Lasting;
 use super::nonlinear::Start;
 use super::record::Next;
@@ -62,17 +63,15 @@ where
             self.solve_free_velocity();
         }
         let Self { system, settings, state, next, factor, joints, lasting, .. } = self;
-        let (h, thetas) = (settings.step, lasting.as_ref().and_then(Lasting::theta));
         if joints.is_empty() {
             return Ok(());
         }
-        let set = joints.set(system, &state.q, (h, &next.v_theta), factor);
-        // Ḡ v_{k+θ} = 0, with the θ of the island the joint is in.
-        let bias = |dof: usize| {
-            let theta = thetas.map_or(settings.theta, |thetas| thetas[dof]);
-            -(T::one() - theta) / theta
-        };
-        if let Err(row) = set.and_then(|()| joints.project(factor, &mut next.v_free, bias, &state.v)) {
+        let span = Span::of(settings, state, lasting.as_ref());
+        if self.passes == 0 {
+            joints.start(system, &state.q, &next.v, self.scales.length);
+        }
+        let contacts = !next.contacts.is_empty();
+        if let Err(row) = joints.bind(system, span, contacts, factor, &mut next.v_free) {
             let (step, time) = self.place();
             return Err(StepError::Joints { step, time, joint: self.system.joint_label(row) });
         }
@@ -150,9 +149,10 @@ where
                         jacobian.add_transpose(row, p, impulse);
                     }
                     scratch.copy_from_slice(impulse);
-                    factor.solve_in_place(&mut scratch[..free]);
-                    if !joints.is_empty() {
-                        joints.constrain(factor, scratch);
+                    if joints.is_empty() {
+                        factor.solve_in_place(&mut scratch[..free]);
+                    } else {
+                        joints.respond(factor, scratch);
                     }
                     axpy(&mut v[..free], T::one(), scratch);
                 }

@@ -37,6 +37,7 @@ use crate::cone::{ConeProblem, ProblemError, Residual};
 use crate::scalar::{Scalar, all_finite, epsilon, lit, to_f64};
 
 pub use admm::{Admm, AdmmSettings};
+pub(crate) use anderson::Anderson;
 pub use complementarity::Formulation;
 pub use control::{Control, Progress, Stopping, StoppingError};
 #[cfg(feature = "clarabel")]

@@ -105,6 +105,12 @@ pub trait MechanicalSystem<T: Scalar, const D: usize>: Debug + Send {
     /// Appends the rows Ḡ(q, s), with φ(q + s) − φ(q) = Ḡ(q, s) s.
     fn joint_jacobian(&self, _q: &[T], _s: &[T], _out: &mut BlockRows<T, 1>) {}
 
+    /// Adds ∂(Ḡ(q, s)ᵀλ)_i/∂s_i to out_i, for one multiplier λ per row.
+    ///
+    /// It speeds up the iteration of a step with joints, whose solution does not depend on it: Newton's method with it,
+    /// a linear rate of the order of h²λ without.
+    fn joint_curvature(&self, _q: &[T], _s: &[T], _multipliers: &[T], _out: &mut [T]) {}
+
     /// Name of the joint a bilateral row belongs to.
     fn joint_label(&self, row: usize) -> String {
         row.to_string()
@@ -201,6 +207,9 @@ impl<T: Scalar, const D: usize, S: MechanicalSystem<T, D> + ?Sized> MechanicalSy
     }
     fn joint_jacobian(&self, q: &[T], s: &[T], out: &mut BlockRows<T, 1>) {
         (**self).joint_jacobian(q, s, out);
+    }
+    fn joint_curvature(&self, q: &[T], s: &[T], multipliers: &[T], out: &mut [T]) {
+        (**self).joint_curvature(q, s, multipliers, out);
     }
     fn joint_label(&self, row: usize) -> String {
         (**self).joint_label(row)

@@ -59,6 +59,23 @@ impl<T: Scalar> Side<T> {
         let tiny = nalgebra::ComplexField::abs(half) <= lit(1e-9);
         if tiny { middle } else { middle * (nalgebra::ComplexField::sin(half) / half) }
     }
+
+    /// Derivative of the mean lever arm with respect to the turn.
+    fn mean_arm_rate(&self, angle: T, turn: T) -> Vector2<T> {
+        let half = turn * lit::<T>(0.5);
+        let middle = turned(&self.point, angle + half);
+        let across = Vector2::new(-middle.y, middle.x);
+        let (sin, cos) = nalgebra::ComplexField::sin_cos(half);
+        // (cos x − sin x / x)/x = −x/3 + x³/30 − …: the quotient cancels where x is small.
+        let small = nalgebra::ComplexField::abs(half) <= lit(1e-2);
+        let (sinc, slope) = if small {
+            let square = half * half;
+            (T::one() - square / lit::<T>(6.0), half * (square / lit::<T>(10.0) - T::one()) / lit::<T>(3.0))
+        } else {
+            (sin / half, (cos - sin / half) / half)
+        };
+        (middle * slope + across * sinc) * lit::<T>(0.5)
+    }
 }
 
 impl<T: Scalar> Joint<T> {
@@ -73,6 +90,16 @@ impl<T: Scalar> Joint<T> {
         out[..2].copy_from_slice(gap.as_slice());
         if let Some(angle) = self.angle {
             out[2] = self.a.angle(q) - self.b.angle(q) - angle;
+        }
+    }
+
+    /// Adds ∂(Ḡ(q, s)ᵀλ)_i/∂s_i to `out`: only a turn changes a lever arm, and only the one of its own body.
+    pub(super) fn curvature(&self, q: &[T], s: &[T], multipliers: &[T], out: &mut [T]) {
+        for (side, sign) in [(&self.a, T::one()), (&self.b, -T::one())] {
+            let Some(body) = side.body else { continue };
+            let i = 3 * body + 2;
+            let rate = side.mean_arm_rate(q[i], s[i]);
+            out[i] += sign * (multipliers[1] * rate.x - multipliers[0] * rate.y);
         }
     }
 

@@ -360,6 +360,14 @@ impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for RigidBodies<T> {
         self.joints.iter().for_each(|joint| joint.jacobian(q, s, out));
     }
 
+    fn joint_curvature(&self, q: &[T], s: &[T], multipliers: &[T], out: &mut [T]) {
+        let mut row = 0;
+        for joint in &self.joints {
+            joint.curvature(q, s, &multipliers[row..row + joint.rows()], out);
+            row += joint.rows();
+        }
+    }
+
     fn joint_label(&self, row: usize) -> String {
         let mut first = 0;
         for joint in &self.joints {
