@@ -172,9 +172,9 @@ pub struct CsvMark {
 }
 
 /// Works in the balance, with what is left over.
-const WORKS: usize = 7;
+const WORKS: usize = 8;
 
-const ENERGY_COLUMNS: [&str; 20] = [
+const ENERGY_COLUMNS: [&str; 22] = [
     "kinetic",
     "elastic",
     "potential",
@@ -195,6 +195,8 @@ const ENERGY_COLUMNS: [&str; 20] = [
     "sum_prescribed_work",
     "largest_normal_work",
     "largest_tangential_work",
+    "position_work",
+    "sum_position_work",
 ];
 
 const FRAME: [&str; 3] = ["N", "T1", "T2"];
@@ -285,15 +287,16 @@ impl CsvFiles {
         let Energies { kinetic, elastic, potential } = step.energies;
         self.energy.start_row(state.index, state.time)?;
         self.energy.numbers(&[kinetic, elastic, potential])?;
-        let [works @ .., prescribed] = terms(&step.balance);
+        let [works @ .., prescribed, position] = terms(&step.balance);
         self.energy.numbers(&works)?;
         self.energy.number(step.solution.map_or(T::zero(), |solution| solution.residual.scaled))?;
-        let [sums @ .., sum_prescribed] = self.cumulated;
+        let [sums @ .., sum_prescribed, sum_position] = self.cumulated;
         self.energy.numbers(&sums)?;
         self.energy.number(prescribed)?;
         self.energy.number(sum_prescribed)?;
         let [normal, tangential] = step.largest_works();
-        self.energy.numbers(&[normal, tangential])?;
+        self.energy.numbers(&[normal, tangential, position])?;
+        self.energy.number(sum_position)?;
         self.energy.end_row()
     }
 }
@@ -308,6 +311,7 @@ fn terms<T: Scalar>(balance: &Balance<T>) -> [T; WORKS] {
         balance.tangential_contact_work,
         balance.imbalance,
         balance.prescribed_work,
+        balance.position_work,
     ]
 }
 

@@ -1,11 +1,15 @@
-//! Contacts that last, the θ of islands at rest, and the positions that impacts leave.
+//! Contacts that last, and the θ of islands at rest.
 //!
 //! # Lasting contacts
 //!
 //! A contact *lasts* from where it carried a percussion in the last step and is slow: |u_{N,k}| ≤ 2 s, with the speed
 //! s = h Σ √(H_N M⁻¹ H_Nᵀ) √(F·M⁻¹F), summed over its bodies, that their forces make of rest in one step (g h at a disc on
-//! the ground, and at one on a wall: what falls also rolls). Such a contact is no impact. Its law answers with the restitution e* = (1−θ)/θ in place of e
-//! ([`Response::lasting`](crate::laws::Response::lasting)), and so does one that separates, u_{N,k} > 0, at any speed: with w = u_{k+1} + (e* u_{N,k} + c/θ, e_T u_{T,k}), c ≥ 0,
+//! the ground, and at one on a wall). One that is slow and new joins where its island is at rest: what bounces lower than a
+//! step can resolve does not wake a pile. One that is slow and overlaps by more than a slow impact can lasts too.
+//!
+//! Such a contact is no impact, and neither is a closed one that separates, u_{N,k} > 0, at any speed. Its law answers with
+//! the restitution e* = (1−θ)/θ in place of e ([`Response::lasting`](crate::laws::Response::lasting)): with
+//! w = u_{k+1} + (e* u_{N,k} + c/θ, e_T u_{T,k}), c ≥ 0,
 //!
 //! ```text
 //!   u_{k+θ}·p = θ [ −μ‖w_T‖ p_N − (c/θ) p_N + (e* − e_T) u_{T,k}·p_T ]
@@ -27,39 +31,19 @@
 //! of Frémond. The price is (½−θ)‖v_{k+1} − v_k‖²_M, zero at rest and of the order of h where bodies slide or roll. Without C
 //! and K, M̂ = M for every θ, so that to change θ costs nothing. Systems with C or K, and nonlinear ones, keep the θ of the
 //! scene and the rule of the active set as it stands: what is slow at a node of an elastic body, its waves decide.
-//!
-//! # Positions
-//!
-//! An impact within a step leaves an overlap or a gap of up to h |u_N|, which velocities alone never take back. After a step
-//! the contacts that last and overlap are opened by Δq = M̂⁻¹ H_Nᵀ π with 0 ≤ g + W_NN π ⟂ π ≥ 0, which moves no velocity.
-//! The work −F·Δq = −Σ_α π_α (H_N M̂⁻¹F)_α against the forces is in the ledger
-//! ([`Balance::position_work`](crate::energy::Balance)). It gives back at most what the contacts of the island have taken
-//! since they began, their works and what θ > ½ took from the island, and every contact pays in proportion to what it has
-//! taken: the sum over its life of its works, of its part of the numerical dissipation and of its part of the position work
-//! is never positive. On a curved obstacle that is just what is needed: a step along the tangent leaves the circle by
-//! ½ h² v²/R, which costs ½ m h² v⁴/R² to take back, and that is (θ−½) ‖v_{k+1} − v_k‖²_M at θ = 1. Bodies that overlap
-//! without having lost energy (drawn so, say) stay as they are.
-
-use nalgebra::SVector;
 
 use super::record::Next;
 use super::{ContactStep, Settings, ThetaScheme};
-use crate::cone::{BlockMatrix, ConeProblem};
+use crate::cone::ConeProblem;
 use crate::contact::ContactId;
 use crate::laws::ContactLaw;
-use crate::linalg::{BlockRows, Symmetric, axpy, dot};
+use crate::linalg::{BlockRows, Symmetric};
 use crate::scalar::{Scalar, lit, to_f64};
 use crate::solver::ConeSolver;
 use crate::system::MechanicalSystem;
 
 /// Speed of a lasting contact, in those the forces make of rest in one step.
 const SLOW: f64 = 2.0;
-
-/// Sweeps over the overlaps in one step; what they leave, the next step takes.
-const SWEEPS: usize = 50;
-
-/// How far contacts are opened, in the largest overlap of their island: one may open several.
-const MOST_OPENED: f64 = 2.0;
 
 /// What solvers leave, in their tolerance times ‖b‖: its norm is over all contacts, their errors add up over a few steps.
 const LEFT: f64 = 10.0;
@@ -81,13 +65,13 @@ pub(super) struct Entry<T> {
     /// Gap at the start of the step (m), of a contact that is slow.
     pub(super) gap: T,
     /// Whether it lasts because it is slow, and not because it separates.
-    slow: bool,
+    pub(super) slow: bool,
     /// Whether it does where the others of its island last.
-    joins: bool,
+    pub(super) joins: bool,
     /// What the forces make of rest in one step (m/s).
-    fall: T,
+    pub(super) fall: T,
     /// What the contact has done since it began: works, its part of numerical dissipation and of position work (J); ≤ 0.
-    account: T,
+    pub(super) account: T,
 }
 
 /// What is kept of a contact from one step to the next.
@@ -123,15 +107,15 @@ pub(super) struct Lasting<T> {
     /// What the last solve left of velocities (m/s).
     left: T,
     /// Whether θ differs from that of the scene anywhere in this step, and θ of every degree of freedom then.
-    changed: bool,
-    theta: Vec<T>,
+    pub(super) changed: bool,
+    pub(super) theta: Vec<T>,
     /// A degree of freedom of the same island, itself for the one that stands for it; whether that island has an impact,
     /// and its sums.
-    parent: Vec<usize>,
+    pub(super) parent: Vec<usize>,
     impact: Vec<bool>,
-    sums: Vec<[T; 4]>,
-    target: Vec<T>,
-    opening: Vec<T>,
+    pub(super) sums: Vec<[T; 4]>,
+    pub(super) target: Vec<T>,
+    pub(super) opening: Vec<T>,
 }
 
 /// [`Lasting`] as plain numbers.
@@ -144,7 +128,7 @@ pub(super) struct LastingMark {
     before: Vec<(u64, f64, bool)>,
 }
 
-fn root(parent: &mut [usize], mut dof: usize) -> usize {
+pub(super) fn root(parent: &mut [usize], mut dof: usize) -> usize {
     while parent[dof] != dof {
         parent[dof] = parent[parent[dof]];
         dof = parent[dof];
@@ -339,61 +323,8 @@ impl<T: Scalar> Lasting<T> {
     }
 
     /// The degree of freedom that stands for the island of a contact.
-    fn island<const D: usize>(&mut self, rows: &BlockRows<T, D>, row: usize) -> Option<usize> {
+    pub(super) fn island<const D: usize>(&mut self, rows: &BlockRows<T, D>, row: usize) -> Option<usize> {
         rows.row(row).next().map(|(dof, _)| root(&mut self.parent, dof))
-    }
-
-    /// Gives every contact an equal part of what its island lost to θ > ½, `loss(dof, θ)` of each degree of freedom.
-    fn share_losses<const D: usize>(
-        &mut self,
-        loss: impl Fn(usize, T) -> T,
-        rows: &BlockRows<T, D>,
-        contacts: usize,
-    ) {
-        self.sums.fill([T::zero(); 4]);
-        for dof in 0..self.theta.len() {
-            let island = root(&mut self.parent, dof);
-            self.sums[island][0] += loss(dof, self.theta[dof]);
-        }
-        for row in 0..contacts {
-            let Some(island) = self.island(rows, row) else { continue };
-            self.sums[island][1] += T::one();
-        }
-        for row in 0..contacts {
-            let Some(island) = self.island(rows, row) else { continue };
-            let [loss, contacts, ..] = self.sums[island];
-            self.entries[row].account += nalgebra::RealField::min(loss, T::zero()) / contacts;
-        }
-    }
-
-    /// π of 0 ≤ g + W_NN π ⟂ π ≥ 0, by projected Gauss–Seidel.
-    fn open<const D: usize>(&mut self, w: &BlockMatrix<T, D>, tolerance: T) {
-        let Self { target, opening, .. } = self;
-        opening.clear();
-        opening.resize(target.len(), T::zero());
-        for _ in 0..SWEEPS {
-            let mut moved = T::zero();
-            for i in 0..target.len() {
-                let (mut gap, mut diagonal) = (target[i], T::zero());
-                for (j, block) in w.row(i) {
-                    gap += block[(0, 0)] * opening[j];
-                    if i == j {
-                        diagonal = block[(0, 0)];
-                    }
-                }
-                // A row without motion opens nothing.
-                if !(diagonal > T::zero()) {
-                    continue;
-                }
-                let next = nalgebra::RealField::max(opening[i] - gap / diagonal, T::zero());
-                let step = nalgebra::ComplexField::abs(next - opening[i]) * diagonal;
-                moved = nalgebra::RealField::max(moved, step);
-                opening[i] = next;
-            }
-            if moved <= tolerance {
-                break;
-            }
-        }
     }
 
     /// θ of every degree of freedom, where it is not that of the scene everywhere.
@@ -467,90 +398,5 @@ where
             let sum = accelerations.iter().zip(mobility).fold(T::zero(), |sum, (&a, &w)| sum + a * a / w);
             nalgebra::ComplexField::sqrt(sum)
         }));
-    }
-
-    /// q_{k+1} ← q_{k+1} + Δq where lasting contacts overlap; the position work, −F·Δq.
-    pub(super) fn correct_positions(&mut self) -> T {
-        let Self { system, settings, tolerances: (tolerance, _), state, next, lasting, .. } = self;
-        let Some(lasting) = lasting else { return T::zero() };
-        for (entry, contact) in lasting.entries.iter_mut().zip(&next.contacts) {
-            entry.account += contact.normal_work + contact.tangential_work;
-        }
-        if lasting.changed {
-            let Next { v, momentum: [before, after], contacts, .. } = next;
-            system.mass().multiply(v, after);
-            let loss = |dof: usize, theta: T| {
-                (lit::<T>(0.5) - theta) * (v[dof] - state.v[dof]) * (after[dof] - before[dof])
-            };
-            lasting.share_losses(loss, &self.jacobian, contacts.len());
-        }
-        let tolerance = nalgebra::RealField::max(*tolerance, lasting.noise(settings.step));
-        let overlaps = |(contact, entry): (&ContactStep<T, D>, &Entry<T>)| {
-            entry.slow && system.gap(contact.id, &next.q) < -tolerance
-        };
-        if !next.contacts.iter().zip(&lasting.entries).any(overlaps) {
-            return T::zero();
-        }
-        // Contacts that do not last are not opened, but not closed further either.
-        let target = |(contact, entry): (&ContactStep<T, D>, &Entry<T>)| {
-            let gap = system.gap(contact.id, &next.q);
-            if entry.slow { gap } else { nalgebra::RealField::max(gap, T::zero()) }
-        };
-        lasting.target.clear();
-        lasting.target.extend(next.contacts.iter().zip(&lasting.entries).map(target));
-        lasting.open(self.problem.delassus(), tolerance);
-        self.displace()
-    }
-
-    /// Moves the bodies by the openings found, as far as their islands can pay for.
-    fn displace(&mut self) -> T {
-        let Self { system, settings: Settings { step: h, .. }, next, lasting, jacobian, .. } = self;
-        let (w, factor, joints) = (self.problem.delassus(), &mut self.factor, &mut self.joints);
-        let Some(lasting) = lasting else { return T::zero() };
-        let Next { q, v_free, force, scratch, impulse, contacts, .. } = next;
-        // H_N M̂⁻¹F, the acceleration that pulls a contact open.
-        let pull = |row: usize, contact: &ContactStep<T, D>| {
-            (jacobian.velocity(row, v_free)[0] - contact.before[0]) / *h
-        };
-        let larger = nalgebra::RealField::max;
-        lasting.sums.fill([T::zero(); 4]);
-        for (row, contact) in contacts.iter().enumerate() {
-            let Some(island) = lasting.island(jacobian, row) else { continue };
-            let opens =
-                w.row(row).fold(T::zero(), |sum, (j, block)| sum + block[(0, 0)] * lasting.opening[j]);
-            let sums = &mut lasting.sums[island];
-            sums[0] -= lasting.entries[row].account;
-            sums[1] -= lasting.opening[row] * pull(row, contact);
-            sums[2] = larger(sums[2], opens);
-            sums[3] = larger(sums[3], -lasting.target[row]);
-        }
-        impulse.fill(T::zero());
-        for row in 0..contacts.len() {
-            let Some(island) = lasting.island(jacobian, row) else { continue };
-            let [taken, given, opened, overlap] = lasting.sums[island];
-            let part = |of: T, most: T| if of > most { most / of } else { T::one() };
-            // Overlaps that contradict each other, of what is wedged, would throw the rest about.
-            let share = part(opened, lit::<T>(MOST_OPENED) * overlap);
-            let share = nalgebra::RealField::min(share, part(given, larger(taken, T::zero())));
-            // Every contact of the island pays in proportion to what it has taken.
-            if taken > T::zero() {
-                lasting.entries[row].account *= (taken - share * given) / taken;
-            }
-            let mut opening = SVector::<T, D>::zeros();
-            opening[0] = lasting.opening[row] * share;
-            jacobian.add_transpose(row, &opening, impulse);
-        }
-        scratch.copy_from_slice(impulse);
-        if joints.is_empty() {
-            factor.solve_in_place(scratch);
-            axpy(q, T::one(), scratch);
-            return -dot(force, scratch);
-        }
-        joints.respond(factor, scratch);
-        impulse.copy_from_slice(q);
-        axpy(q, T::one(), scratch);
-        joints.close(system, factor, impulse, q);
-        axpy(impulse, -T::one(), q);
-        dot(force, impulse)
     }
 }

@@ -57,6 +57,7 @@ mod kept;
 mod lasting;
 mod nonlinear;
 mod passes;
+mod positions;
 mod record;
 mod rest;
 mod setup;

@@ -1,0 +1,230 @@
+//! Newton's method on velocities and multipliers, under given percussions.
+
+use nalgebra::SVector;
+
+use super::schur::solve;
+use super::span::{Iterate, Span};
+use super::{Joints, LeftOver, ROUNDING, STAGNATION};
+use crate::linalg::{Factor, axpy, max_abs};
+use crate::scalar::{Scalar, epsilon, lit};
+use crate::system::MechanicalSystem;
+
+/// K̂ is not to fall below this share of M̂: it stays positive definite.
+const LEAST_SHARE: f64 = 0.125;
+
+/// Most halvings of a step of Newton's method.
+const HALVINGS: usize = 8;
+
+/// Most iterations in a pass.
+const MOST_ITERATIONS: usize = 50;
+
+/// How velocities and multipliers are iterated for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Method {
+    Newton,
+    /// G₁ = Ḡ and K̂ = M̂: slower, and met where Newton's method is caught near a singular position.
+    FixedPoint,
+}
+
+impl<T: Scalar> Joints<T> {
+    /// s = h v_{k+θ} of a velocity at the end, and q_k + s.
+    pub(super) fn span(step: &mut [T], end: &mut [T], v: &[T], span: &Span<'_, T, impl Fn(usize) -> T>) {
+        for i in 0..v.len() {
+            let theta = (span.theta)(i);
+            step[i] = span.step * ((T::one() - theta) * span.v[i] + theta * v[i]);
+            end[i] = span.q[i] + step[i];
+        }
+    }
+
+    pub(super) fn is_met(&self, outcome: &Result<(), usize>) -> bool {
+        outcome.is_ok() && self.left_over.excess <= lit(STAGNATION)
+    }
+
+    /// Iterates for velocities and multipliers from the iterate accepted, under its percussions.
+    pub(super) fn iterate<const D: usize, S: MechanicalSystem<T, D>>(
+        &mut self,
+        system: &S,
+        span: &Span<'_, T, impl Fn(usize) -> T>,
+        method: Method,
+        mass: &mut Factor<T>,
+    ) -> Result<(), usize> {
+        self.trial.set(&self.accepted);
+        self.left_over = self.measure(system, span, mass);
+        let halvings = if method == Method::Newton { HALVINGS } else { 0 };
+        for iteration in 0..MOST_ITERATIONS {
+            let before = self.left_over;
+            self.linearise(system, span, method, mass);
+            self.newton_step(span, mass)?;
+            let mut left_over = self.measure(system, span, mass);
+            for halving in 1..=halvings {
+                let share = lit::<T>(0.25 / f64::powi(2.0, halving as i32));
+                // Written so that a NaN is drawn back.
+                if left_over.excess <= T::one() || left_over.merit <= before.merit * (T::one() - share) {
+                    break;
+                }
+                self.trial.approach(&self.accepted);
+                left_over = self.measure(system, span, mass);
+            }
+            std::mem::swap(&mut self.trial, &mut self.accepted);
+            self.left_over = left_over;
+            let stagnates = iteration > 2 && !(left_over.merit < before.merit * lit::<T>(0.25));
+            let enough = lit::<T>(if stagnates { STAGNATION } else { 1.0 });
+            if left_over.excess <= enough {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Newton's step from the iterate accepted, into the trial.
+    pub(super) fn newton_step(
+        &mut self,
+        span: &Span<'_, T, impl Fn(usize) -> T>,
+        mass: &mut Factor<T>,
+    ) -> Result<(), usize> {
+        let Self { accepted, trial, rows, end_rows, tangent, inverse, ratio, opening, work, unbound, .. } =
+            self;
+        let (ends, start) = (end_rows, &accepted.v);
+        let Iterate { v, multipliers, impulse } = trial;
+        impulse.copy_from_slice(&accepted.impulse);
+        // v_free + (1 − K̂⁻¹ M̂)(v_i − v_free) + K̂⁻¹ Hᵀ p_i
+        work.copy_from_slice(impulse);
+        solve(mass, inverse, work);
+        v.copy_from_slice(unbound);
+        for i in 0..mass.size() {
+            v[i] += (T::one() - ratio[i]) * (start[i] - unbound[i]) + work[i];
+        }
+        let size = max_abs(v) + max_abs(start);
+        let wanted = |i: usize| {
+            let first = ends.row(i).next().map_or(0, |(dof, _)| dof);
+            ends.velocity(i, start)[0] - opening[i] / (span.theta)(first)
+        };
+        for (i, multiplier) in multipliers.iter_mut().enumerate() {
+            *multiplier = wanted(i) - ends.velocity(i, v)[0];
+        }
+        tangent.factor(&mut self.assembler, (ends, rows), mass, inverse, work)?;
+        tangent.solve(multipliers);
+        work.fill(T::zero());
+        for (i, &multiplier) in multipliers.iter().enumerate() {
+            rows.add_transpose(i, &SVector::<T, 1>::new(multiplier), work);
+        }
+        solve(mass, inverse, work);
+        axpy(v, T::one(), work);
+        // Far above the rounding of a solve, far below the velocities themselves.
+        let bound = lit::<T>(1e-6) * (size + max_abs(v));
+        let missed = |i: usize| nalgebra::ComplexField::abs(wanted(i) - ends.velocity(i, v)[0]);
+        match (0..self.count).find(|&i| !(missed(i) <= bound)) {
+            Some(row) => Err(row),
+            None => Ok(()),
+        }
+    }
+
+    /// G₁ and K̂ at the iterate accepted, which was measured last: Ḡ is there.
+    pub(super) fn linearise<const D: usize, S: MechanicalSystem<T, D>>(
+        &mut self,
+        system: &S,
+        span: &Span<'_, T, impl Fn(usize) -> T>,
+        method: Method,
+        mass: &mut Factor<T>,
+    ) {
+        self.end_rows.clear();
+        match method {
+            Method::Newton => system.joint_jacobian(&self.end, &self.zero, &mut self.end_rows),
+            Method::FixedPoint => system.joint_jacobian(span.q, &self.step, &mut self.end_rows),
+        }
+        for i in 0..self.count {
+            self.opening[i] = (self.rows.velocity(i, &self.step)[0] + self.drift[i]) / span.step;
+        }
+        if let Factor::Diagonal(inverse) = mass {
+            self.work.fill(T::zero());
+            if method == Method::Newton {
+                system.joint_curvature(span.q, &self.step, &self.accepted.multipliers, &mut self.work);
+            }
+            let least = lit::<T>(LEAST_SHARE);
+            for (i, &inverse) in inverse.iter().enumerate() {
+                let share = T::one() - span.step * (span.theta)(i) * self.work[i] * inverse;
+                // Written so that a NaN becomes the least.
+                let share = if share > least { share } else { least };
+                self.ratio[i] = T::one() / share;
+                self.inverse[i] = inverse * self.ratio[i];
+            }
+        } else {
+            self.ratio.fill(T::one());
+        }
+    }
+
+    /// What the trial leaves.
+    pub(super) fn measure<const D: usize, S: MechanicalSystem<T, D>>(
+        &mut self,
+        system: &S,
+        span: &Span<'_, T, impl Fn(usize) -> T>,
+        mass: &mut Factor<T>,
+    ) -> LeftOver<T> {
+        let abs = |x: T| nalgebra::ComplexField::abs(x);
+        let Self { trial, rows, step, end, work, sizes, unbound, .. } = self;
+        Self::span(step, end, &trial.v, span);
+        // v − v_free − M̂⁻¹ (Hᵀp + Ḡᵀλ), against the sizes of its terms.
+        rows.clear();
+        system.joint_jacobian(span.q, step, rows);
+        work.copy_from_slice(&trial.impulse);
+        sizes.iter_mut().zip(&trial.impulse).for_each(|(size, &impulse)| *size = abs(impulse));
+        for (i, &multiplier) in trial.multipliers.iter().enumerate() {
+            for (dof, entry) in rows.row(i) {
+                work[dof] += entry[0] * multiplier;
+                sizes[dof] += abs(entry[0] * multiplier);
+            }
+        }
+        let free = mass.size();
+        if let Factor::Diagonal(inverse) = mass {
+            for i in 0..free {
+                work[i] *= inverse[i];
+                sizes[i] *= inverse[i];
+            }
+        } else {
+            mass.solve_in_place(&mut work[..free]);
+            let size = max_abs(&work[..free]);
+            sizes.fill(size);
+        }
+        let rounding = lit::<T>(ROUNDING) * epsilon::<T>();
+        // A given tolerance is one of the positions, and of the equations of motion as much as moves them so far.
+        let given = self.tolerance.map_or(T::zero(), |_| self.allowed);
+        let mut worst = (T::zero(), given, 0);
+        let (mut excess, mut merit) = (T::zero(), T::zero());
+        let weight = |dof: usize| match &*mass {
+            Factor::Diagonal(inverse) => inverse.get(dof).copied().unwrap_or_else(T::zero),
+            _ => T::one(),
+        };
+        for i in 0..self.count {
+            let (mut opening, mut size, mut mobility) = (self.drift[i], T::zero(), T::zero());
+            for (dof, entry) in rows.row(i) {
+                opening += entry[0] * step[dof];
+                mobility += entry[0] * entry[0] * weight(dof);
+                size += abs(entry[0]) * (abs(step[dof]) + span.step * sizes[dof]);
+            }
+            let rate = opening / span.step;
+            merit += rate * rate / mobility;
+            let (opening, tolerance) = (abs(opening), nalgebra::RealField::max(given, rounding * size));
+            // Written so that a NaN is the worst.
+            if !(opening <= tolerance * excess) {
+                excess = opening / tolerance;
+                worst = (opening, tolerance, i);
+            }
+        }
+        // In the norm of M̂: components of one body differ in their units.
+        let (mut left_over, mut size) = (T::zero(), T::zero());
+        for i in 0..free {
+            let weight = weight(i);
+            let (by, of) = (trial.v[i] - unbound[i] - work[i], sizes[i] + abs(trial.v[i]) + abs(unbound[i]));
+            left_over += by * by / weight;
+            size += of * of / weight;
+        }
+        merit += left_over;
+        let (left_over, size) = (nalgebra::ComplexField::sqrt(left_over), nalgebra::ComplexField::sqrt(size));
+        // Written so that a NaN goes on.
+        if !(left_over <= rounding * size * excess) {
+            excess = left_over / (rounding * size);
+        }
+        let (opening, tolerance, row) = worst;
+        LeftOver { opening, tolerance, row, excess, merit }
+    }
+}
