@@ -47,6 +47,7 @@
 mod activation;
 mod certainty;
 mod clock;
+mod crossed;
 mod delassus;
 mod equilibrium;
 mod error;
