@@ -48,6 +48,7 @@
 mod activation;
 mod certainty;
 mod clock;
+mod crossed;
 mod delassus;
 mod equilibrium;
 mod error;

@@ -64,7 +64,7 @@ where
             }
         };
         // q_{k+1} ← q_{k+1} + Δq, which opens the overlaps of contacts that last
-        let position_work = self.correct_positions();
+        let position_work = self.correct_positions() + self.place_after_crossings();
         // E_{k+1} − E_k = W_ext + W_damp + (½−θ)(…) + Σ u_{k+θ}·p                                (56)
         let (energies, balance) = self.balance(position_work)?;
         self.set_work_bounds(solution.as_ref());
@@ -101,15 +101,17 @@ where
         }
         let rule = self.settings.activation.rule;
         self.candidates.clear();
-        let Self { system, state, next: Next { scratch, .. }, rest, candidates, .. } = self;
+        let Self { system, state, next: Next { scratch, .. }, rest, candidates, crossed, .. } = self;
         scratch.copy_from_slice(&state.q);
         if rule != ActivationRule::CurrentGap {
             axpy(scratch, h, &state.v);
         }
+        let asleep = rest.as_ref().map_or(&[][..], |rest| rest.asleep());
         match rest {
-            Some(rest) => system.awake_candidates(scratch, reach, rest.asleep(), candidates),
+            Some(_) => system.awake_candidates(scratch, reach, asleep, candidates),
             None => system.candidates(scratch, reach, candidates),
         }
+        crossed.find(system, &state.q, (h, &state.v), asleep, candidates);
         self.candidates.sort_unstable_by_key(|candidate| candidate.id);
         self.jacobian.clear();
         self.next.contacts.clear();
@@ -124,7 +126,8 @@ where
                 return Err(self.unknown(id, "interface", interface, self.laws.len()));
             }
             let row = self.jacobian.rows();
-            self.system.jacobian(id, &self.state.q, &mut self.jacobian);
+            let place = self.crossed.place(id, (h, &self.state), &mut self.next.scratch);
+            self.system.jacobian(id, place, &mut self.jacobian);
             let dofs = self.state.v.len();
             if let Some(column) = self.jacobian.largest_column(row).filter(|&column| column >= dofs) {
                 return Err(self.unknown(id, "degree of freedom", column, dofs));

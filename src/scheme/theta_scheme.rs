@@ -3,6 +3,7 @@
 use nalgebra::SVector;
 
 use super::clock::Clock;
+use super::crossed::Crossed;
 use super::delassus::Assembler;
 use super::islands::Islands;
 use super::joints::Joints;
@@ -48,6 +49,7 @@ pub struct ThetaScheme<T: Scalar, const D: usize, S, L, V> {
     pub(super) islands: Islands<T, D>,
     pub(super) rest: Option<Rest<T, D>>,
     pub(super) joints: Joints<T>,
+    pub(super) crossed: Crossed<T>,
     pub(super) lasting: Option<Lasting<T>>,
     /// Length (m) that scales the tolerance of the joints, and speed (m/s) of the differences of a nonlinear system.
     pub(super) scales: Scales<T>,
@@ -157,6 +159,7 @@ where
             islands: Islands::default(),
             rest,
             joints,
+            crossed: Crossed::new(n),
             lasting,
             scales,
             nonlinear,

@@ -83,6 +83,22 @@ pub trait MechanicalSystem<T: Scalar, const D: usize>: Debug + Send {
         self.candidates(q, reach, out);
     }
 
+    /// Finds the pairs that would pass through each other unseen on the path q + t h v, 0 ≤ t ≤ 1, with `path` = (h, v): each
+    /// takes the place of the candidates of its pair in `out`, with the gap at the end of the path of the features that meet
+    /// first, and the time t at which they meet is in `times`. Pairs of which both bodies are `asleep` are left out.
+    ///
+    /// By default nothing is ever crossed unseen, as where gaps keep their sign at any depth. It must cost next to nothing where
+    /// nothing is fast.
+    fn swept_candidates(
+        &mut self,
+        _q: &[T],
+        _path: (T, &[T]),
+        _asleep: &[bool],
+        _out: &mut Vec<Candidate<T>>,
+        _times: &mut Vec<(ContactId, T)>,
+    ) {
+    }
+
     /// Appends the block row H^α(q), of a candidate that [`candidates`](Self::candidates) named, to `out`.
     fn jacobian(&self, contact: ContactId, q: &[T], out: &mut BlockRows<T, D>);
 
@@ -183,6 +199,16 @@ impl<T: Scalar, const D: usize, S: MechanicalSystem<T, D> + ?Sized> MechanicalSy
     }
     fn awake_candidates(&mut self, q: &[T], reach: T, asleep: &[bool], out: &mut Vec<Candidate<T>>) {
         (**self).awake_candidates(q, reach, asleep, out);
+    }
+    fn swept_candidates(
+        &mut self,
+        q: &[T],
+        path: (T, &[T]),
+        asleep: &[bool],
+        out: &mut Vec<Candidate<T>>,
+        times: &mut Vec<(ContactId, T)>,
+    ) {
+        (**self).swept_candidates(q, path, asleep, out, times);
     }
     fn jacobian(&self, contact: ContactId, q: &[T], out: &mut BlockRows<T, D>) {
         (**self).jacobian(contact, q, out);

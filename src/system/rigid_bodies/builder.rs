@@ -6,6 +6,7 @@ use super::identity::{MOST_CONTACTORS, MOST_VERTICES};
 use super::joint::{Joint, Side};
 use super::shape::{Contactor, HalfPlane, Outline, Polygon};
 use super::sweep::Sweep;
+use super::swept::Crossings;
 use super::{Interfaces, RigidBodies};
 use crate::linalg::Symmetric;
 use crate::scalar::{Scalar, all_finite, lit, to_f64};
@@ -410,6 +411,7 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
             return Err(SystemError::Size { what: "the scene without bodies", expected: 1, given: 0 });
         }
         let diagonal: Vec<T> = self.bodies.iter().flat_map(|(_, b)| [b.mass, b.mass, b.inertia]).collect();
+        let dofs = diagonal.len();
         let interfaces = Interfaces::new(self.groups, &self.interfaces);
         // Only contactors of groups that meet other contactors are swept.
         let meets = |group: usize| {
@@ -431,6 +433,7 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
             mass: Symmetric::Diagonal(diagonal),
             forces: loads.fold(constant, |sum, (signal, entries)| sum.with_load(signal, entries)),
             labels: self.bodies.into_iter().map(|(name, _)| name).collect(),
+            crossings: Crossings::new(&self.contactors, dofs),
             contactors: self.contactors,
             planes: self.planes,
             interfaces,

@@ -7,6 +7,7 @@ mod joint;
 mod narrow;
 mod shape;
 mod sweep;
+mod swept;
 
 use nalgebra::{SVector, Vector2};
 
@@ -20,6 +21,7 @@ use identity::{Features, Pair};
 use joint::Joint;
 use shape::{Contactor, HalfPlane, Pose};
 use sweep::Sweep;
+use swept::Crossings;
 
 /// Interfaces between groups, a symmetric table.
 #[derive(Debug)]
@@ -60,6 +62,7 @@ pub struct RigidBodies<T: Scalar> {
     planes: Vec<HalfPlane<T>>,
     interfaces: Interfaces,
     sweep: Sweep<T>,
+    crossings: Crossings<T>,
     joints: Vec<Joint<T>>,
     joint_rows: usize,
 }
@@ -280,6 +283,17 @@ impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for RigidBodies<T> {
     fn awake_candidates(&mut self, q: &[T], reach: T, asleep: &[bool], out: &mut Vec<Candidate<T>>) {
         self.plane_candidates(q, reach, asleep, out);
         self.pair_candidates(q, reach, asleep, out);
+    }
+
+    fn swept_candidates(
+        &mut self,
+        q: &[T],
+        path: (T, &[T]),
+        asleep: &[bool],
+        out: &mut Vec<Candidate<T>>,
+        times: &mut Vec<(ContactId, T)>,
+    ) {
+        self.cross(q, path, asleep, out, times);
     }
 
     fn jacobian(&self, contact: ContactId, q: &[T], out: &mut BlockRows<T, D>) {

@@ -21,7 +21,7 @@ fn coincidence<T: Scalar>() -> T {
 }
 
 /// Edge of `a` from which all of `b` is furthest, with that separation; −∞ never appears as polygons have edges.
-fn largest_separation<T: Scalar>(
+pub(super) fn largest_separation<T: Scalar>(
     (a, at): (&Polygon<T>, &Pose<T>),
     (b, bt): (&Polygon<T>, &Pose<T>),
 ) -> (usize, T) {
