@@ -127,7 +127,7 @@ where
         }
         impulse.copy_from_slice(q);
         axpy(q, T::one(), scratch);
-        joints.close(system, factor, (impulse, q), scratch);
+        joints.close(system, factor, impulse, q);
         axpy(impulse, -T::one(), q);
         dot(force, impulse)
     }
