@@ -112,12 +112,13 @@ where
     /// Takes a scheme over. Tolerances of its active set that the user left open follow ε.
     ///
     /// # Errors
-    /// [`AdaptiveError::OutOfRange`], [`AdaptiveError::Setup`] for a system whose steps have one length, or with joints.
+    /// [`AdaptiveError::OutOfRange`], [`AdaptiveError::Setup`] for a system whose steps have one length, or with joints
+    /// that move.
     pub fn new(
         mut scheme: ThetaScheme<T, D, S, L, V>,
         settings: AdaptiveSettings<T>,
     ) -> Result<Self, AdaptiveError> {
-        if scheme.system().joint_rows() > 0 {
+        if scheme.system().joints_move() {
             return Err(SetupError::JointsAdaptive.into());
         }
         let start = scheme.state().time;

@@ -132,7 +132,7 @@ pub enum SetupError {
     },
     /// Error control over joints.
     #[error(
-        "error control takes no joints: their rates alternate about zero from step to step, which a change of length \
+        "error control takes no joints that move: their rates alternate about zero from step to step, which a change of length \
          breaks; use fixed steps"
     )]
     JointsAdaptive,

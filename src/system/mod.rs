@@ -115,6 +115,11 @@ pub trait MechanicalSystem<T: Scalar, const D: usize>: Debug + Send {
         0
     }
 
+    /// Whether bodies move along joints; those welded to the ground alone do not.
+    fn joints_move(&self) -> bool {
+        self.joint_rows() > 0
+    }
+
     /// out ← φ(q), one number per bilateral row.
     fn joint_residual(&self, _q: &[T], _out: &mut [T]) {}
 
@@ -227,6 +232,9 @@ impl<T: Scalar, const D: usize, S: MechanicalSystem<T, D> + ?Sized> MechanicalSy
     }
     fn joint_rows(&self) -> usize {
         (**self).joint_rows()
+    }
+    fn joints_move(&self) -> bool {
+        (**self).joints_move()
     }
     fn joint_residual(&self, q: &[T], out: &mut [T]) {
         (**self).joint_residual(q, out);

@@ -362,6 +362,10 @@ impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for RigidBodies<T> {
         self.joint_rows
     }
 
+    fn joints_move(&self) -> bool {
+        self.joints.iter().any(|joint| joint.angle.is_none() || joint.b.body.is_some())
+    }
+
     fn joint_residual(&self, q: &[T], out: &mut [T]) {
         let mut row = 0;
         for joint in &self.joints {
