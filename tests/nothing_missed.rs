@@ -290,6 +290,29 @@ fn a_body_that_is_hit_does_not_leave_through_its_neighbour_in_the_same_step() {
 }
 
 #[test]
+fn the_balance_closes_where_bodies_on_springs_under_gravity_meet_within_a_step() {
+    let mut bodies = Bodies::new();
+    let speed = 1e3;
+    let bullet = bodies.add(Shape::Disc, 0.01, [-0.3, 0.0], [speed, 0.0, 0.0]);
+    bodies.fixed(Shape::Plate, [0.0; 2]);
+    bodies.builder.spring(bullet, [100.0, 50.0, 0.0]).expect("positive");
+    bodies.builder.gravity([2.0, -10.0]).expect("finite");
+    let mut scheme = bodies.scheme("newton", 1.0, ActivationRule::MoreauJean, false);
+    let start = scheme.last_step().energies.total();
+    let mut made = 0.0;
+    for _ in 0..5 {
+        let step = scheme.step().expect("two bodies");
+        assert!(step.balance.imbalance.abs() <= ROUNDING * start.abs(), "{:?}", step.balance);
+        made += step.balance.position_work;
+    }
+    // With e = 1 and θ = ½ nothing is lost: the energy changes by the position work alone.
+    let end = scheme.last_step().energies.total();
+    close("energy", end - start, made, SOLVED * start);
+    assert!(made.abs() > 1e-6 * start, "the springs do position work: {made:e} J of {start:e} J");
+    assert!(scheme.state().q[0] < -2.0 * RADIUS && scheme.state().v[0] < 0.0, "{:?}", scheme.state());
+}
+
+#[test]
 fn a_force_does_not_drive_a_body_through_a_plate_in_one_step() {
     let mut bodies = Bodies::new();
     let bullet = bodies.add(Shape::Disc, 0.01, [-0.05, 0.0], [0.0; 3]);

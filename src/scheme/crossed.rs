@@ -42,6 +42,9 @@ pub(super) struct Crossed<T: Scalar, const D: usize> {
     stops: Vec<(ContactId, T)>,
     found: Vec<Candidate<T>>,
     rows: BlockRows<T, D>,
+    /// Whether q_{k+1} is not that of the θ-step, which is kept where there are springs.
+    displaced: bool,
+    made: Vec<T>,
 }
 
 impl<T: Scalar, const D: usize> Crossed<T, D> {
@@ -52,7 +55,14 @@ impl<T: Scalar, const D: usize> Crossed<T, D> {
             stops: Vec::new(),
             found: Vec::new(),
             rows: BlockRows::new(),
+            displaced: false,
+            made: vec![T::zero(); dofs],
         }
+    }
+
+    /// q_{k+1} of the θ-step, in a step that has displaced it, of a system with springs.
+    pub(super) fn made(&self) -> Option<&[T]> {
+        self.displaced.then_some(&self.made)
     }
 
     /// Adds what the step would cross to the candidates.
@@ -99,6 +109,13 @@ where
 {
     /// Lets bodies that met within the step move on from where they met, up to where they meet again; the position work, −F·Δq.
     pub(super) fn place_after_crossings(&mut self) -> T {
+        self.crossed.displaced = false;
+        if self.system.body_dofs().is_none() {
+            return T::zero();
+        }
+        if self.system.stiffness().is_some() {
+            self.crossed.made.copy_from_slice(&self.next.q);
+        }
         self.move_on() + self.stop_at_crossings()
     }
 
@@ -147,6 +164,7 @@ where
 
     /// q_{k+1} ← q_{k+1} + Δq, with Δq in the scratch and the joints kept closed; −F·Δq.
     fn displace_along_joints(&mut self) -> T {
+        self.crossed.displaced = true;
         let Self { system, next, joints, factor, .. } = self;
         let Next { q, force, scratch, impulse, .. } = next;
         if joints.is_empty() {
@@ -163,9 +181,6 @@ where
     /// Stops bodies that would cross on the path from q_k to q_{k+1} where they meet; the position work, −F·Δq.
     fn stop_at_crossings(&mut self) -> T {
         let mut work = T::zero();
-        if self.system.body_dofs().is_none() {
-            return work;
-        }
         for _ in 0..MOST_STOPS {
             let Self { system, state, next, joints, crossed, rest, .. } = self;
             let Next { q, scratch, .. } = next;
