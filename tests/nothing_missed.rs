@@ -245,6 +245,88 @@ fn what_moves_less_than_others_are_thick_is_left_to_the_ordinary_candidates() {
     assert!(ids.windows(2).all(|pair| pair[0] != pair[1]), "a contact is listed twice");
 }
 
+#[test]
+fn a_bullet_stays_in_its_box_however_often_it_would_cross_it_in_a_step() {
+    for shape in [Shape::Disc, Shape::Point, Shape::Square] {
+        for (speed, restitution) in [(50.0, 1.0), (1e3, 0.9), (1e4, 1.0), (1e5, 0.5)] {
+            let mut bodies = Bodies::new();
+            bodies.add(shape, 0.01, [0.03, 0.0], [speed, 0.0, 0.0]);
+            bodies.fixed(Shape::Plate, [0.1, 0.0]);
+            bodies.fixed(Shape::Plate, [-0.1, 0.0]);
+            let mut scheme = bodies.scheme("newton", restitution, ActivationRule::MoreauJean, false);
+            let mut turns = 0;
+            for _ in 0..50 {
+                let before = scheme.state().v[0];
+                scheme.step().expect("three bodies");
+                let state = scheme.state();
+                let room = 0.1 - RADIUS - shape.half();
+                // Ordinary impacts overlap by less than half of the half thicknesses.
+                assert!(state.q[0].abs() <= room + RADIUS, "{shape:?} at {speed} m/s: out, {:?}", state.q);
+                turns += usize::from(before * state.v[0] < 0.0);
+            }
+            assert!(turns >= 3, "{shape:?} at {speed} m/s: {turns} impacts");
+        }
+    }
+}
+
+#[test]
+fn a_body_that_is_hit_does_not_leave_through_its_neighbour_in_the_same_step() {
+    for distance in [0.02, 0.1, 0.6] {
+        let mut bodies = Bodies::new();
+        bodies.add(Shape::Disc, 0.01, [-0.3, 0.0], [1e3, 0.0, 0.0]);
+        bodies.add(Shape::Disc, 0.01, [0.0, 0.0], [0.0; 3]);
+        bodies.fixed(Shape::Plate, [distance, 0.0]);
+        let mut scheme = bodies.scheme("newton", 1.0, ActivationRule::MoreauJean, false);
+        for _ in 0..6 {
+            scheme.step().expect("three bodies");
+            let q = &scheme.state().q;
+            assert!(q[0] < q[3] && q[3] < distance, "{distance}: {q:?}");
+        }
+        // It came back and hit the first, which leaves as it came.
+        let v = &scheme.state().v;
+        close("the first", v[0], -1e3, SOLVED * 1e3);
+        close("the second", v[3], 0.0, SOLVED * 1e3);
+    }
+}
+
+#[test]
+fn the_balance_closes_where_bodies_on_springs_under_gravity_meet_within_a_step() {
+    let mut bodies = Bodies::new();
+    let speed = 1e3;
+    let bullet = bodies.add(Shape::Disc, 0.01, [-0.3, 0.0], [speed, 0.0, 0.0]);
+    bodies.fixed(Shape::Plate, [0.0; 2]);
+    bodies.builder.spring(bullet, [100.0, 50.0, 0.0]).expect("positive");
+    bodies.builder.gravity([2.0, -10.0]).expect("finite");
+    let mut scheme = bodies.scheme("newton", 1.0, ActivationRule::MoreauJean, false);
+    let start = scheme.last_step().energies.total();
+    let mut made = 0.0;
+    for _ in 0..5 {
+        let step = scheme.step().expect("two bodies");
+        assert!(step.balance.imbalance.abs() <= ROUNDING * start.abs(), "{:?}", step.balance);
+        made += step.balance.position_work;
+    }
+    // With e = 1 and θ = ½ nothing is lost: the energy changes by the position work alone.
+    let end = scheme.last_step().energies.total();
+    close("energy", end - start, made, SOLVED * start);
+    assert!(made.abs() > 1e-6 * start, "the springs do position work: {made:e} J of {start:e} J");
+    assert!(scheme.state().q[0] < -2.0 * RADIUS && scheme.state().v[0] < 0.0, "{:?}", scheme.state());
+}
+
+#[test]
+fn a_force_does_not_drive_a_body_through_a_plate_in_one_step() {
+    let mut bodies = Bodies::new();
+    let bullet = bodies.add(Shape::Disc, 0.01, [-0.05, 0.0], [0.0; 3]);
+    bodies.fixed(Shape::Plate, [0.0; 2]);
+    // h² F/m = 1 m.
+    bodies.builder.force(bullet, [1e4, 0.0], 0.0).expect("finite");
+    let mut scheme = bodies.scheme("fremond", 0.0, ActivationRule::PredictedGap, false);
+    for _ in 0..10 {
+        scheme.step().expect("two bodies");
+        let q = &scheme.state().q;
+        assert!(q[0] <= -RADIUS, "through the plate: {q:?}");
+    }
+}
+
 /// A bullet 1 m before a plate, for half a second.
 fn shot(bullet: Shape, target: Shape, speed: f64, gravity: f64) -> Bodies {
     let mut bodies = Bodies::new();

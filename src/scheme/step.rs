@@ -272,10 +272,17 @@ where
             (balance.kinetic_change, square) = increments(&state.v, &next.v, &next.momentum);
         }
         if let Some(stiffness) = system.stiffness() {
-            stiffness.multiply(&next.q, &mut next.elastic_force[1]);
-            let (elastic, stretch) = increments(&state.q, &next.q, &next.elastic_force);
+            // (56) is that of the θ-step; springs that a displacement after it stretches give position work.
+            let made = self.crossed.made().unwrap_or(&next.q);
+            stiffness.multiply(made, &mut next.elastic_force[1]);
+            let (elastic, stretch) = increments(&state.q, made, &next.elastic_force);
             balance.elastic_change = elastic;
             square += stretch;
+            if self.crossed.made().is_some() {
+                let before = dot(made, &next.elastic_force[1]);
+                stiffness.multiply(&next.q, &mut next.elastic_force[1]);
+                balance.position_work += half * (dot(&next.q, &next.elastic_force[1]) - before);
+            }
         }
         balance.external_work = h * dot(&next.v_theta, &next.force);
         if let Some(damping) = system.damping() {

@@ -49,7 +49,7 @@ pub struct ThetaScheme<T: Scalar, const D: usize, S, L, V> {
     pub(super) islands: Islands<T, D>,
     pub(super) rest: Option<Rest<T, D>>,
     pub(super) joints: Joints<T>,
-    pub(super) crossed: Crossed<T>,
+    pub(super) crossed: Crossed<T, D>,
     pub(super) lasting: Option<Lasting<T>>,
     /// Length (m) that scales the tolerance of the joints, and speed (m/s) of the differences of a nonlinear system.
     pub(super) scales: Scales<T>,
