@@ -56,7 +56,8 @@ pub struct Balance<T> {
     pub normal_contact_work: T,
     /// Σ_α u_{T,k+θ}·p_T.
     pub tangential_contact_work: T,
-    /// −F·Δq of the motion that opens overlaps of lasting contacts: potential energy given back, beside (56).
+    /// −F·Δq of what moves bodies beside h v_{k+θ}: the opening of overlaps of lasting contacts, and the way on from where fast
+    /// bodies met within the step. It is potential energy, and stands beside (56).
     pub position_work: T,
     /// What (56) leaves over.
     pub imbalance: T,

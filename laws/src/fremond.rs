@@ -4,7 +4,9 @@ use std::ops::RangeInclusive;
 
 use nalgebra::SVector;
 
-use crate::{Approach, ContactLaw, Description, FRICTION, LawError, LawFamily, RESTITUTION, Response, Scalar};
+use crate::{
+    Approach, ContactLaw, Description, FRICTION, LawError, LawFamily, RESTITUTION, Response, Scalar,
+};
 
 /// Frémond law: −Θ(u_{k+θ}) ∈ N_K(p) with Θ(u) = u + ((θ(1+e) − 1) u_{N,k} + μ‖u_T‖, 0, 0)   (64).
 ///

@@ -4,7 +4,9 @@ use std::ops::RangeInclusive;
 
 use nalgebra::SVector;
 
-use crate::{Approach, ContactLaw, Description, FRICTION, LawError, LawFamily, RESTITUTION, Response, Scalar};
+use crate::{
+    Approach, ContactLaw, Description, FRICTION, LawError, LawFamily, RESTITUTION, Response, Scalar,
+};
 
 /// Newton–Coulomb law: −Γ(u_{k+1}) ∈ N_K(p) with Γ(u) = u + (e u_{N,k} + μ‖u_T‖, 0, 0)   (53).
 ///
