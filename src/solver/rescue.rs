@@ -11,7 +11,7 @@ use nalgebra::SVector;
 use super::pivoting::pivot;
 use super::{ConeSolver, DEFAULT, SOLVERS, Solution, SolveError, Stopping, build};
 use crate::cone::ConeProblem;
-use crate::scalar::{Scalar, epsilon, lit, to_f64};
+use crate::scalar::{Scalar, epsilon, lit};
 
 /// The attempts together take at most this multiple of the time limit of one solve.
 pub const RESCUE_TIME: f64 = 2.0;
@@ -266,7 +266,7 @@ impl<T: Scalar, const D: usize> Search<'_, T, D> {
 #[cfg(feature = "clarabel")]
 fn wedged<T: Scalar, const D: usize>(problem: &ConeProblem<T, D>) -> Option<f64> {
     match super::feasibility(problem) {
-        Ok(super::Feasibility::Separated { margin, .. }) => Some(to_f64(margin)),
+        Ok(super::Feasibility::Separated { margin, .. }) => Some(crate::scalar::to_f64(margin)),
         _ => None,
     }
 }

@@ -104,6 +104,8 @@ pub(super) struct Joints<T: Scalar> {
     /// Where the joints were met last in this step.
     last_good: Iterate<T>,
     has_good: bool,
+    /// Whether P of this step is factored: contacts alone need it.
+    factored: bool,
     left_over: LeftOver<T>,
     /// Fixed point of the impulses Hᵀp.
     percussions: Anderson<T, T>,
@@ -149,6 +151,7 @@ impl<T: Scalar> Joints<T> {
             accepted: Iterate::new(count, used),
             last_good: Iterate::new(count, used),
             has_good: false,
+            factored: false,
             left_over: LeftOver {
                 opening: T::zero(),
                 tolerance: T::zero(),
@@ -237,6 +240,7 @@ impl<T: Scalar> Joints<T> {
         }
         v_free.copy_from_slice(&self.accepted.v);
         self.base.copy_from_slice(&self.accepted.multipliers);
+        self.factored = contacts;
         if contacts {
             // P is that of the velocities found. What percussions do is added by `respond`, for all of them.
             self.linearise(system, &span, Method::Newton, mass);
@@ -282,6 +286,14 @@ impl<T: Scalar> Joints<T> {
         to: &mut [T],
     ) {
         let mut last = T::infinity_impl();
+        if !self.factored {
+            let (rows, inverse, column) = (&self.rows, &self.inverse[..], &mut self.work[..]);
+            // Redundant joints have been refused by now.
+            if self.symmetric.factor(&mut self.assembler, (rows, rows), mass, inverse, column).is_err() {
+                return;
+            }
+            self.factored = true;
+        }
         system.joint_residual(from, &mut self.drift);
         loop {
             system.joint_residual(to, &mut self.multipliers);

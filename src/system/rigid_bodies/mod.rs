@@ -5,6 +5,7 @@ mod builder;
 mod identity;
 mod joint;
 mod narrow;
+mod seams;
 mod shape;
 mod sweep;
 mod swept;
@@ -19,6 +20,7 @@ use crate::linalg::{BlockRows, Symmetric, max_abs};
 use crate::scalar::{Scalar, lit};
 use identity::{Features, Pair};
 use joint::Joint;
+use seams::Touch;
 use shape::{Contactor, HalfPlane, Pose};
 use sweep::Sweep;
 use swept::Crossings;
@@ -62,6 +64,10 @@ pub struct RigidBodies<T: Scalar> {
     planes: Vec<HalfPlane<T>>,
     interfaces: Interfaces,
     sweep: Sweep<T>,
+    /// Number of polygons, and buffers of the search for ghosts at seams.
+    polygons: usize,
+    touches: Vec<Touch<T>>,
+    ghosts: Vec<usize>,
     crossings: Crossings<T>,
     joints: Vec<Joint<T>>,
     joint_rows: usize,
@@ -134,6 +140,7 @@ impl<T: Scalar> RigidBodies<T> {
         if self.sweep.is_empty() {
             return;
         }
+        let first = out.len();
         let Self { contactors, interfaces, sweep, .. } = self;
         sweep.update(|i| (contactors[i].position(q), contactors[i].radius));
         sweep.for_each_near_pair(reach, |i, j, (x, y)| {
@@ -172,6 +179,7 @@ impl<T: Scalar> RigidBodies<T> {
                 }
             }
         });
+        self.drop_ghosts(q, first, out);
     }
 
     /// Both sides of a contact between two bodies: (body, arm) each, and the normal from the second to the first.

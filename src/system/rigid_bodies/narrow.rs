@@ -156,9 +156,11 @@ pub(super) fn disc<T: Scalar>(
         let next = (edge + 1) % polygon.vertices.len();
         let normal = polygon.normals[edge];
         let along = Vector2::new(-normal.y, normal.x);
+        // Over a vertex to rounding is over the edge: a disc over a seam has a face under it.
+        let rounding = coincidence::<T>() * polygon.vertices[edge].norm();
         for (vertex, beyond) in [
-            (edge, along.dot(&(local - polygon.vertices[edge])) < T::zero()),
-            (next, along.dot(&(local - polygon.vertices[next])) > T::zero()),
+            (edge, along.dot(&(local - polygon.vertices[edge])) < -rounding),
+            (next, along.dot(&(local - polygon.vertices[next])) > rounding),
         ] {
             if beyond {
                 return (Features::VertexDisc(vertex), (local - polygon.vertices[vertex]).norm() - radius);
