@@ -42,13 +42,18 @@ pub enum SetupError {
         /// The value refused.
         step: f64,
     },
-    /// A tolerance of the active set is not a positive finite number.
-    #[error("the {what} tolerance of the active set is {value}, it must be finite and > 0")]
+    /// A tolerance of the active set is not a finite number above what rounding and the solver leave.
+    #[error(
+        "the {what} tolerance of the active set is {value}, it must be finite and at least {least:e} here: below, rounding \
+         and the solver's tolerance decide which contacts there are"
+    )]
     ActivationTolerance {
         /// `gap` or `velocity`.
         what: &'static str,
         /// The value refused.
         value: f64,
+        /// The least that is accepted, ε of the scene's length, or the solver's tolerance of its speed.
+        least: f64,
     },
     /// A vector or an operator of the system has the wrong size.
     #[error("{what}: size {given} for {expected} degrees of freedom")]

@@ -204,10 +204,16 @@ pub(super) fn tolerances<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
     q: &[T],
     v: &[T],
 ) -> Result<(T, T), SetupError> {
-    let tolerances = activation.tolerances(system.scales(q, v), solver_tolerance);
-    for (what, value) in [("gap", tolerances.0), ("velocity", tolerances.1)] {
-        if !(value > T::zero() && all_finite([&value])) {
-            return Err(SetupError::ActivationTolerance { what, value: to_f64(value) });
+    let scales = system.scales(q, v);
+    let tolerances = activation.tolerances(scales, solver_tolerance);
+    // Gaps are differences of positions, u_N of a closed contact is what the solver leaves.
+    let least = [
+        ("gap", tolerances.0, epsilon::<T>() * scales.length),
+        ("velocity", tolerances.1, nalgebra::RealField::max(solver_tolerance, epsilon()) * scales.speed),
+    ];
+    for (what, value, least) in least {
+        if !(value >= least && value > T::zero() && all_finite([&value])) {
+            return Err(SetupError::ActivationTolerance { what, value: to_f64(value), least: to_f64(least) });
         }
     }
     Ok(tolerances)
