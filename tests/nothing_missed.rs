@@ -11,7 +11,7 @@ use nonsmooth::adaptive::{Adaptive, AdaptiveSettings};
 use nonsmooth::laws::ContactLaw;
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, ThetaScheme};
 use nonsmooth::solver::ConeSolver;
-use nonsmooth::system::{Body, BodyId, System, RigidBodies, RigidBodiesBuilder};
+use nonsmooth::system::{Body, BodyId, Contacts, RigidBodies, RigidBodiesBuilder, System};
 
 type Scheme = ThetaScheme<f64, 2>;
 
@@ -82,7 +82,8 @@ impl Bodies {
         let settings = Settings { activation, sleep, allow_unproved_theta: true, ..Settings::new(0.5, STEP) };
         let laws = vec![law(name, restitution, 0.0)];
         let system = self.builder.build().expect("bodies");
-        ThetaScheme::new(Box::new(system), laws, hybrid(), settings, 0.0, self.q, self.v).expect("a valid setup")
+        ThetaScheme::new(Box::new(system), laws, hybrid(), settings, 0.0, self.q, self.v)
+            .expect("a valid setup")
     }
 }
 
@@ -229,10 +230,10 @@ fn what_moves_less_than_others_are_thick_is_left_to_the_ordinary_candidates() {
     let v: Vec<f64> =
         (0..n).map(|i| if i % 3 == 0 { speed * f64::powi(-1.0, i as i32) } else { 0.0 }).collect();
     let mut out = Vec::new();
-    System::<f64, 2>::candidates(&mut system, &q, 0.1, &mut out);
+    Contacts::<f64, 2>::candidates(&mut system, &q, 0.1, &mut out);
     let (before, mut times) = (out.clone(), Vec::new());
     let mut sweep = |v: &[f64], out: &mut Vec<_>, times: &mut Vec<_>| {
-        System::<f64, 2>::swept_candidates(&mut system, &q, (STEP, v), &[], out, times);
+        Contacts::<f64, 2>::swept_candidates(&mut system, &q, (STEP, v), &[], out, times);
     };
     sweep(&v, &mut out, &mut times);
     assert!(!before.is_empty() && times.is_empty() && out == before, "{times:?}");

@@ -242,6 +242,12 @@ pub trait Describe<T: Scalar> {
         contact.number().to_string()
     }
 
+    /// Outlines of the bodies in configuration q, as points (m) in the fixed frame, closed ones with the first point repeated:
+    /// for figures. A disc has `sides` sides, a point is a single point.
+    fn outlines(&self, _q: &[T], _sides: usize) -> Vec<Vec<[T; 2]>> {
+        Vec::new()
+    }
+
     /// Mesh and numbering of an elastic body.
     fn geometry(&self) -> Option<&Arc<Geometry<T>>> {
         None
