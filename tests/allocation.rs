@@ -15,7 +15,7 @@ use nonsmooth::linalg::{BlockRows, Symmetric};
 use nonsmooth::scalar::{Scalar, lit};
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, ThetaScheme};
 use nonsmooth::solver::{ConeSolver, Nsgs, NsgsSettings, Stopping, build};
-use nonsmooth::system::{Body, Forces, Lagrangian, RigidBodies, SmoothGap, System};
+use nonsmooth::system::{Body, Forces, Lagrangian, RigidBodies, SmoothGap};
 use random_problems::{Recipe, random};
 
 /// Makes `warm_up` steps, then asserts that the next `steps` allocate nothing and that contacts were active in them.
