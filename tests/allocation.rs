@@ -14,7 +14,7 @@ use nonsmooth::laws::{ContactLaw, Fremond};
 use nonsmooth::linalg::{BlockRows, Symmetric};
 use nonsmooth::scalar::{Scalar, lit};
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, ThetaScheme};
-use nonsmooth::solver::{ConeSolver, Nsgs, NsgsSettings, Stopping, build};
+use nonsmooth::solver::{ConeSolver, Method, Nsgs, NsgsSettings, Solver, Stopping, build};
 use nonsmooth::system::{Body, Forces, Lagrangian, MechanicalSystem, RigidBodies, SmoothGap};
 use random_problems::{Recipe, random};
 
@@ -121,7 +121,9 @@ fn a_settled_pile_allocates_nothing() {
 
 /// A bar of `n` masses and springs over a floor, its lower end and its middle in contact: sparse K and C, so that
 /// M̂ is factored by the sparse Cholesky.
-fn bar<T: Scalar, const D: usize>(n: usize) -> ThetaScheme<T, D, Lagrangian<T, D>, Fremond<T>, Nsgs<T, D>> {
+fn bar<T: Scalar, const D: usize>(
+    n: usize,
+) -> ThetaScheme<T, D, Lagrangian<T, D>, Fremond<T>, Solver<T, Nsgs<T, D>>> {
     let chain = |scale: f64| {
         let mut triplets = Vec::new();
         for i in 0..n - 1 {
@@ -150,7 +152,7 @@ fn bar<T: Scalar, const D: usize>(n: usize) -> ThetaScheme<T, D, Lagrangian<T, D
     let law = || Fremond::new(lit(0.0), lit(friction)).expect("in range");
     let mut settings = Settings::new(lit(1.0), lit(1e-3));
     settings.activation = Activation::new(ActivationRule::PredictedGap);
-    let solver = Nsgs::new(NsgsSettings::default());
+    let solver = Nsgs::solver(Stopping::default(), NsgsSettings::default()).expect("in range");
     let (q, v) = (vec![lit::<T>(1e-4); n], vec![T::zero(); n]);
     ThetaScheme::new(bar, vec![law(), law()], solver, settings, T::zero(), q, v).expect("valid")
 }
