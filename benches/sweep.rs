@@ -100,7 +100,7 @@ fn compare<const D: usize>(pattern: &str, problem: &ConeProblem<f64, D>) {
         gather = gather.min(timed(|| {
             for _ in 0..64 {
                 let mut sum = SVector::<f64, D>::zeros();
-                (0..m).for_each(|i| sum += problem.delassus().row_product(i, &r));
+                (0..m).for_each(|i| sum += problem.delassus().formed().expect("formed").row_product(i, &r));
                 black_box(sum);
             }
         }));

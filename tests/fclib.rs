@@ -6,7 +6,7 @@ mod problems;
 use std::path::{Path, PathBuf};
 
 use nalgebra::{DMatrix, DVector};
-use nonsmooth::cone::{ConeProblem, Status, solve_one_contact, status};
+use nonsmooth::cone::{BlockMatrix, ConeProblem, Status, solve_one_contact, status};
 use nonsmooth::fclib::{
     self, Cone, Data, FclibError, Global, GlobalBilateral, Info, Local, LocalBilateral, Problem, Solution,
     SparseMatrix, WriteOptions,
@@ -46,8 +46,10 @@ fn distance<const D: usize>(a: &ConeProblem<f64, D>, b: &ConeProblem<f64, D>) ->
     let dense = |p: &ConeProblem<f64, D>| {
         let m = p.contacts();
         let mut w = DMatrix::zeros(m * D, m * D);
+        let mut own = BlockMatrix::new();
+        let delassus = p.delassus().form_in(&mut own);
         for i in 0..m {
-            p.delassus().row(i).for_each(|(j, block)| w.view_mut((i * D, j * D), (D, D)).copy_from(block));
+            delassus.row(i).for_each(|(j, block)| w.view_mut((i * D, j * D), (D, D)).copy_from(block));
         }
         w
     };

@@ -58,7 +58,9 @@ fn rebuilt<const D: usize>(
     for &i in contacts {
         w.start_row();
         for (j, &original) in contacts.iter().enumerate() {
-            if let Some((_, block)) = problem.delassus().row(i).find(|&(column, _)| column == original) {
+            if let Some((_, block)) =
+                problem.delassus().formed().expect("formed").row(i).find(|&(column, _)| column == original)
+            {
                 w.push(j, block * (velocity / percussion));
             }
         }

@@ -86,6 +86,8 @@ fn condition<const D: usize>(problem: &ConeProblem<f64, D>) -> f64 {
     for i in 0..m {
         problem
             .delassus()
+            .formed()
+            .expect("formed")
             .row(i)
             .for_each(|(j, block)| dense.view_mut((i * D, j * D), (D, D)).copy_from(block));
     }
@@ -467,7 +469,7 @@ mod certificates {
             let m = open.contacts();
             let side = |i: usize| if i < m { 1.0 } else { -1.0 };
             let w = BlockMatrix::from_fn(2 * m, |i, j| {
-                let block = open.delassus().row(i % m).nth(j % m).expect("stored in full").1;
+                let block = open.delassus().formed().expect("formed").row(i % m).nth(j % m).expect("stored in full").1;
                 block * (side(i) * side(j))
             });
             let mu = open.friction()[0];

@@ -10,20 +10,22 @@
 //! Every problem has w = u_{k+1} + δ, the shifted velocity, which is not the velocity u_{k+1}.
 
 mod block_matrix;
+mod check;
 mod coulomb;
+mod delassus;
 mod factored;
 mod one_contact;
 mod precise;
 mod problem;
-mod product;
+mod workspace;
 
 pub use block_matrix::BlockMatrix;
+pub use check::{DEFINITENESS_TOLERANCE, ProblemError, SPECTRUM_LIMIT, SYMMETRY_TOLERANCE};
 pub use coulomb::{Status, StatusCount};
 pub use coulomb::{de_saxce, largest_eigenvalue, natural_map, project, status};
+pub use delassus::{Delassus, Form, factored_pays};
 pub use factored::{FactoredDelassus, FactoredError};
 pub(crate) use one_contact::OneContactSolvers;
 pub use one_contact::{solve_one_contact, solve_one_contact_from};
-pub use problem::{
-    ConeProblem, DEFINITENESS_TOLERANCE, Form, ProblemError, Residual, SPECTRUM_LIMIT, SYMMETRY_TOLERANCE,
-};
-pub(crate) use product::Product;
+pub use problem::{ConeProblem, Residual};
+pub use workspace::Workspace;

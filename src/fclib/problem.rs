@@ -2,6 +2,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use super::bodies::factored;
 use super::condense::{bodies, condense_global, condense_local, multipliers};
 use super::{FclibError, SparseMatrix};
 use crate::cone::{BlockMatrix, ConeProblem};
@@ -137,7 +138,9 @@ impl Problem {
 
     /// The cone problem w = W r + b: the local data as they are, or condensed from the bodies.
     ///
-    /// Blocks of W that are zero throughout are left out. W is taken as given: measured operators are often slightly
+    /// A global problem without bilateral constraints keeps its H and M where that pays
+    /// ([`factored_pays`](crate::cone::factored_pays)); else W is formed. Blocks of W that are zero throughout are left
+    /// out. W is taken as given: measured operators are often slightly
     /// asymmetric or indefinite, and [`ConeProblem::check_symmetric_semidefinite`] tells.
     ///
     /// # Errors
@@ -155,6 +158,11 @@ impl Problem {
     /// [`cone`](Self::cone) in a dimension known beforehand.
     fn cone_of<const D: usize>(&self) -> Result<ConeProblem<f64, D>, FclibError> {
         self.check()?;
+        if let Data::Global(global) = &self.data
+            && let Some(problem) = factored(global, &self.friction)?
+        {
+            return Ok(problem);
+        }
         let condensed;
         let (delassus, velocity) = match &self.data {
             Data::Local(Local { delassus, velocity, bilateral: None }) => (delassus, velocity),
@@ -270,9 +278,11 @@ impl Problem {
             return Err(FclibError::Dimension { dataset: "spacedim".into(), value: D as i64 });
         }
         let rows = D * problem.contacts();
-        let mut entries = Vec::with_capacity(problem.delassus().stored_blocks() * D * D);
+        let mut own = BlockMatrix::new();
+        let w = problem.delassus().form_in(&mut own);
+        let mut entries = Vec::with_capacity(w.stored_blocks() * D * D);
         for row in 0..problem.contacts() {
-            for (column, block) in problem.delassus().row(row) {
+            for (column, block) in w.row(row) {
                 for i in 0..D {
                     entries.extend(
                         (0..D).map(|j| ((row * D + i) as u32, (column * D + j) as u32, block[(i, j)])),

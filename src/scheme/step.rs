@@ -9,7 +9,6 @@ use super::lasting::{Lasting, Pace};
 use super::nonlinear::Start;
 use super::record::Next;
 use super::{ActivationRule, ContactStep, Part, Settings, Step, StepError, ThetaScheme};
-use crate::cone::ConeProblem;
 use crate::contact::{Candidate, ContactId, pose};
 use crate::energy::{Balance, Energies};
 use crate::laws::{Approach, ContactLaw};
@@ -227,18 +226,12 @@ where
         let Self { problem, islands, percussions, solver, jacobian, factor, joints, .. } = self;
         let (warm_start, older) = (&mut self.warm_start, &self.older_start);
         // Of bodies that nothing but contacts couples the solver may see H and M̂.
-        let mut bodies = match factor {
-            Factor::Diagonal(inverse) if joints.is_empty() => Some((jacobian, inverse)),
-            _ => None,
-        };
-        let mut exchange = |problem: &mut ConeProblem<T, D>| {
-            if let Some((jacobian, inverse)) = &mut bodies {
-                problem.exchange_bodies(jacobian, inverse);
-            }
-        };
-        exchange(problem);
-        let solved = if contacts > WORTH_SPLITTING && islands.split(problem.delassus()) > 1 {
-            islands.solve(problem, (warm_start, older), percussions, solver)
+        if let (Factor::Diagonal(inverse), true) = (&*factor, joints.is_empty()) {
+            problem.copy_bodies(jacobian, inverse);
+        }
+        let worth = problem.delassus().formed().filter(|_| contacts > WORTH_SPLITTING);
+        let solved = if let Some(w) = worth.filter(|w| islands.split(w) > 1) {
+            islands.solve((problem, w), (warm_start, older), percussions, solver)
         } else {
             // A single contact is solved exactly from anywhere.
             if contacts > 1 {
@@ -247,7 +240,6 @@ where
             solve_or_rescue(solver, problem, (warm_start, older), percussions)
                 .map_err(|source| (contacts, source))
         };
-        exchange(problem);
         if let Some(lasting) = &mut self.lasting {
             lasting.note(problem, solver.stopping().tolerance);
         }

@@ -100,7 +100,7 @@ impl<T: Scalar, const D: usize> Admm<T, D> {
 
     fn factor(&mut self, penalty: T) -> Result<(), String> {
         let identity = SMatrix::identity();
-        self.matrix.factor(self.scaled.problem().delassus(), |_| Some((identity, identity * penalty)))
+        self.matrix.factor(self.scaled.delassus(), |_| Some((identity, identity * penalty)))
     }
 
     /// One iteration from the state to its image; the primal and dual residuals ‖r − z‖ and ρ‖z − z_old‖.
@@ -191,7 +191,7 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for Admm<T, D> {
         self.best.clone_from(&self.z);
         let mut best = self.residual();
         let mut penalty = self.settings.penalty;
-        self.matrix.analyse(self.scaled.problem().delassus()).map_err(|m| breakdown(0, m))?;
+        self.matrix.analyse(self.scaled.delassus()).map_err(|m| breakdown(0, m))?;
         self.factor(penalty).map_err(|m| breakdown(0, m))?;
         // z = r, y = −Φ(w)/ρ, s = μ‖w_T‖: the state the method would end in if r were the solution.
         self.state.clear();

@@ -9,7 +9,7 @@ use super::conic_program::{Unknowns, coulomb_cones, settings, symmetric_part, us
 use super::scaling::Scaled;
 use super::{Breakdown, ConeSolver, Control, Description, Family, SemismoothNewton, Stopping};
 use super::{Feasibility, SemismoothNewtonSettings, feasibility};
-use crate::cone::ConeProblem;
+use crate::cone::{ConeProblem, Workspace};
 use crate::scalar::{Scalar, lit, to_f64};
 
 /// What takes the interior-point solution to the tolerance, in the arithmetic of the problem.
@@ -141,7 +141,7 @@ impl<T: Scalar, const D: usize> ConvexFixedPoint<T, D> {
 
     /// ½ (W − Wᵀ) x.
     fn asymmetry(&self, into: &mut [SVector<T, D>]) {
-        let w = self.scaled.problem().delassus();
+        let w = self.scaled.delassus();
         into.fill(SVector::zeros());
         let half = lit::<T>(0.5);
         for i in 0..w.rows() {
@@ -206,7 +206,8 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for ConvexFixedPoint<T, D> {
         let breakdown = |iterations, message: String| Breakdown { iterations, message };
         self.best.clear();
         self.best.extend_from_slice(r);
-        let mut best = problem.residual(r).scaled;
+        let mut workspace = Workspace::default();
+        let mut best = problem.residual_in(r, &mut workspace).scaled;
         self.scaled.refill(problem);
         self.scaled.scale_into(r, &mut self.x);
         let cold = r.iter().all(|r| r.norm_squared() == T::zero());
@@ -217,7 +218,7 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for ConvexFixedPoint<T, D> {
         self.asymmetry(&mut remainder);
 
         let unknowns = Unknowns::of(self.scaled.problem());
-        let quadratic = symmetric_part(self.scaled.problem().delassus(), &unknowns);
+        let quadratic = symmetric_part(self.scaled.delassus(), &unknowns);
         let (rows, cones) = coulomb_cones(self.scaled.problem(), &unknowns);
         self.fill_linear(&unknowns, &remainder);
         if !crate::scalar::all_finite(&self.linear) || !crate::scalar::all_finite(&quadratic.nzval) {
@@ -253,12 +254,12 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for ConvexFixedPoint<T, D> {
                 self.trial.clear();
                 self.trial.extend_from_slice(r);
                 self.scaled.unscale_into(&self.x, &mut self.trial);
-                let mut residual = problem.residual(&self.trial).scaled;
+                let mut residual = problem.residual_in(&self.trial, &mut workspace).scaled;
                 let due = residual <= polished_at * lit::<T>(0.1) || step % 10 == 0 || step == budget;
                 if residual > control.tolerance() && due {
                     polished_at = residual;
                     self.polish(problem, control);
-                    residual = problem.residual(&self.trial).scaled;
+                    residual = problem.residual_in(&self.trial, &mut workspace).scaled;
                 }
                 since_best += 1;
                 if residual < best {
@@ -273,7 +274,7 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for ConvexFixedPoint<T, D> {
                 self.anderson.accelerate(&self.shift, &mut next, std::iter::repeat(T::one()));
                 next.iter_mut().for_each(|s| *s = s.max(T::zero()));
                 self.shift = next;
-                if since_best >= STAGNATION && problem.solved_to_rounding(&self.best, best) {
+                if since_best >= STAGNATION && problem.solved_to_rounding(&self.best, best, &mut workspace) {
                     r.copy_from_slice(&self.best);
                     return Ok(step);
                 }

@@ -7,7 +7,7 @@ use nalgebra::SVector;
 use super::complementarity::tangential_norm;
 use super::conic_program::{Unknowns, settings, sparse, usable};
 use super::scaling::Scaled;
-use crate::cone::{ConeProblem, ProblemError};
+use crate::cone::{BlockMatrix, ConeProblem, ProblemError};
 use crate::scalar::{Scalar, epsilon, lit, to_f64};
 
 /// The outcome of [`feasibility`].
@@ -70,7 +70,7 @@ pub fn feasibility<T: Scalar, const D: usize>(
     let p = scaled.problem();
     let mut push = |contact: usize, weights: &[(usize, f64)]| {
         let row = rhs.len();
-        for (j, block) in p.delassus().row(contact) {
+        for (j, block) in scaled.delassus().row(contact) {
             for (c, column) in unknowns.range(j).enumerate() {
                 let value = weights.iter().map(|&(d, weight)| weight * to_f64(block[(d, c)])).sum::<f64>();
                 entries.push((row, column, -value));
@@ -186,8 +186,10 @@ fn direction<T: Scalar, const D: usize>(problem: &ConeProblem<T, D>, dual: &[f64
 fn separates<T: Scalar, const D: usize>(problem: &ConeProblem<T, D>, d: &[SVector<T, D>], t: T) -> bool {
     let along = d.iter().zip(problem.b()).fold(T::zero(), |sum, (d, b)| sum + d.dot(b));
     let mut image = vec![SVector::<T, D>::zeros(); d.len()];
+    let mut own = BlockMatrix::new();
+    let w = problem.delassus().form_in(&mut own);
     for (i, d_i) in d.iter().enumerate() {
-        problem.delassus().row(i).for_each(|(j, block)| image[j] += block.transpose() * d_i);
+        w.row(i).for_each(|(j, block)| image[j] += block.transpose() * d_i);
     }
     let image = nalgebra::ComplexField::sqrt(image.iter().fold(T::zero(), |sum, v| sum + v.norm_squared()));
     let slack = lit::<T>(UNDECIDED).max(epsilon::<T>() * lit::<T>(64.0));

@@ -33,7 +33,7 @@ use std::fmt::Debug;
 
 use nalgebra::SVector;
 
-use crate::cone::{ConeProblem, ProblemError, Residual};
+use crate::cone::{ConeProblem, ProblemError, Residual, Workspace};
 use crate::scalar::{Scalar, all_finite, epsilon, lit, to_f64};
 
 pub use admm::{Admm, AdmmSettings};
@@ -150,6 +150,12 @@ pub trait ConeSolver<T: Scalar, const D: usize>: Debug + Send {
         control: &mut Control<'_, T>,
     ) -> Result<usize, Breakdown>;
 
+    /// The workspace that the residual of the result is measured in; `None` (default) for a solver that keeps none, and
+    /// then a problem in factored form costs an allocation.
+    fn workspace(&mut self) -> Option<&mut Workspace<T>> {
+        None
+    }
+
     /// Solves `problem` from the percussions `start` (N s, one block (N, T1, T2) per contact; zeros are a cold
     /// start) and writes the solution to `r`.
     ///
@@ -199,7 +205,9 @@ pub trait ConeSolver<T: Scalar, const D: usize>: Debug + Send {
                 Err(Breakdown { iterations, message }) => (iterations, Some(message)),
             }
         };
-        let residual = problem.residual(r);
+        let mut own = Workspace::default();
+        let workspace = self.workspace().unwrap_or(&mut own);
+        let residual = problem.residual_in(r, workspace);
         // Both tests are written so that a NaN residual fails.
         if residual.scaled <= stopping.tolerance {
             return Ok(Solution { iterations, residual, accuracy: Accuracy::Tolerance, rescued_by: None });
@@ -209,7 +217,7 @@ pub trait ConeSolver<T: Scalar, const D: usize>: Debug + Send {
         let excused = stopping.tolerance >= epsilon::<T>();
         if excused && ConeProblem::<T, D>::is_near_floor(residual.scaled, floor) {
             // Not to be confused with the rounding of its own evaluation.
-            let precise = problem.precise_residual(r);
+            let precise = problem.precise_residual(r, workspace);
             if precise.scaled <= stopping.tolerance.max(floor) {
                 let accuracy = Accuracy::Rounding { floor };
                 return Ok(Solution { iterations, residual: precise, accuracy, rescued_by: None });
@@ -240,6 +248,9 @@ impl<T: Scalar, const D: usize, S: ConeSolver<T, D> + ?Sized> ConeSolver<T, D> f
         control: &mut Control<'_, T>,
     ) -> Result<usize, Breakdown> {
         (**self).iterate(problem, r, control)
+    }
+    fn workspace(&mut self) -> Option<&mut Workspace<T>> {
+        (**self).workspace()
     }
 }
 

@@ -5,7 +5,7 @@ use nalgebra::SVector;
 use super::anderson::{Anderson, MAX_DEPTH};
 use super::gauss_seidel::GaussSeidel;
 use super::{Breakdown, ConeSolver, Control, Description, Family, Stopping};
-use crate::cone::{ConeProblem, project};
+use crate::cone::{ConeProblem, Residual, Workspace, project};
 use crate::scalar::{Scalar, lit};
 
 /// Order in which a sweep visits the contacts.
@@ -99,6 +99,10 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for Nsgs<T, D> {
         let sweeps = control.max_iterations(100_000);
         Ok(self.core.run(problem, r, self.settings.sweep, Patience::endless(sweeps), control).iterations)
     }
+
+    fn workspace(&mut self) -> Option<&mut Workspace<T>> {
+        Some(self.core.workspace())
+    }
 }
 
 /// Accelerated sweeps without a gain of 0.7 that are taken for a cycle.
@@ -130,7 +134,7 @@ pub(super) struct Run<T> {
 /// Sweeps with Anderson acceleration that return the best iterate met.
 #[derive(Debug, Clone)]
 pub(super) struct Accelerated<T: Scalar, const D: usize> {
-    sweeps: GaussSeidel<T>,
+    sweeps: GaussSeidel<T, D>,
     anderson: Anderson<T, SVector<T, D>>,
     accelerated: bool,
     from: Vec<SVector<T, D>>,
@@ -149,6 +153,15 @@ impl<T: Scalar, const D: usize> Accelerated<T, D> {
         }
     }
 
+    /// [`ConeProblem::residual`], in the workspace of the sweeps.
+    pub(super) fn residual(&mut self, problem: &ConeProblem<T, D>, r: &[SVector<T, D>]) -> Residual<T> {
+        self.sweeps.residual(problem, r)
+    }
+
+    pub(super) fn workspace(&mut self) -> &mut Workspace<T> {
+        self.sweeps.workspace()
+    }
+
     /// Sweeps until the tolerance or the end of patience; `r` is left at the best iterate measured.
     pub(super) fn run(
         &mut self,
@@ -162,7 +175,7 @@ impl<T: Scalar, const D: usize> Accelerated<T, D> {
         if r.len() == 1 {
             // The sweep is the solution.
             self.sweeps.sweep(problem, r, false);
-            let residual = problem.scaled_residual(r, self.sweeps.sizes());
+            let residual = self.sweeps.scaled_residual(problem, r);
             control.proceed(1, residual);
             return Run { iterations: 1, residual };
         }
@@ -174,7 +187,7 @@ impl<T: Scalar, const D: usize> Accelerated<T, D> {
         self.best.extend_from_slice(r);
         let b_norm = problem.b_norm();
         let tolerance = control.tolerance();
-        let mut best = problem.scaled_residual(r, self.sweeps.sizes());
+        let mut best = self.sweeps.scaled_residual(problem, r);
         // The change of a sweep bounds the residual only loosely, so the residual decides, and is measured where the
         // change promises it, and from time to time.
         let (mut trigger, mut next_check) = (tolerance, 4);
@@ -200,7 +213,7 @@ impl<T: Scalar, const D: usize> Accelerated<T, D> {
             }
             let last = !go_on || sweep == patience.sweeps || since > patience.stalled;
             if estimate <= trigger || sweep >= next_check || last {
-                let residual = problem.scaled_residual(r, self.sweeps.sizes());
+                let residual = self.sweeps.scaled_residual(problem, r);
                 if residual < best {
                     best = residual;
                     self.best.copy_from_slice(r);

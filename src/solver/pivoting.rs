@@ -5,7 +5,7 @@ use std::time::Instant;
 use nalgebra::{ComplexField, SVector};
 
 use super::scaling::Scaled;
-use crate::cone::ConeProblem;
+use crate::cone::{BlockMatrix, ConeProblem};
 use crate::scalar::{Scalar, epsilon, lit};
 
 /// Most rows of a tableau: it is dense, and a pivot costs its square.
@@ -86,6 +86,8 @@ impl<T: Scalar> Tableau<T> {
         let width = n + 2;
         let mut entries = vec![T::zero(); n * width];
         let perturbation = ComplexField::powf(epsilon::<T>(), lit(0.6));
+        let mut own = BlockMatrix::new();
+        let w = problem.delassus().form_in(&mut own);
         for (i, &mu) in problem.friction().iter().enumerate() {
             let size = first[i + 1] - first[i];
             for k in 0..size {
@@ -101,7 +103,7 @@ impl<T: Scalar> Tableau<T> {
                     continue;
                 };
                 entries[width - 1] += problem.b()[i][component] * lit::<T>(sign);
-                for (j, block) in problem.delassus().row(i) {
+                for (j, block) in w.row(i) {
                     for (k, entry) in entries[first[j]..first[j + 1]].iter_mut().enumerate() {
                         if let Some((other, factor)) = along::<D>(k) {
                             *entry += block[(component, other)] * lit::<T>(sign * factor);
@@ -227,7 +229,6 @@ mod tests {
     use nalgebra::{matrix, vector};
 
     use super::*;
-    use crate::cone::BlockMatrix;
 
     /// Painlevé's rod in its inconsistent case: sliding on is impossible, the unique solution is an impact without collision
     /// that sticks, p = (0.30085, −0.4003) N s.

@@ -4,7 +4,7 @@ use nalgebra::{ComplexField, SVector};
 
 use super::newton::{Inner, Map, Outcome, Refinement, Scaled};
 use super::{Breakdown, ConeSolver, Control, Description, Family, Stopping};
-use crate::cone::ConeProblem;
+use crate::cone::{ConeProblem, Workspace};
 use crate::scalar::{Scalar, epsilon, lit};
 
 /// Newton steps allowed by default: the hard problems are combinatorial.
@@ -83,6 +83,10 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for ProximalNewton<T, D> {
         control: &mut Control<'_, T>,
     ) -> Result<usize, Breakdown> {
         self.core.run(problem, r, self.settings.proximal, 0, control)
+    }
+
+    fn workspace(&mut self) -> Option<&mut Workspace<T>> {
+        Some(self.core.refinement.workspace())
     }
 }
 
@@ -210,7 +214,9 @@ impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
             if finished {
                 // The little that is left may be larger in the problem's units, where percussions nearly cancel: on with it.
                 scaled.leave(best, r);
-                if problem.residual(r).scaled <= control.tolerance() || target <= lowest {
+                if problem.residual_in(r, refinement.workspace()).scaled <= control.tolerance()
+                    || target <= lowest
+                {
                     break;
                 }
                 target *= lit::<T>(0.25);

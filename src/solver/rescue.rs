@@ -247,7 +247,7 @@ impl<T: Scalar, const D: usize> Search<'_, T, D> {
         let mut solver = build::<T, D>(name, self.budget(name)?).ok()?;
         let mut perturbed = self.problem.clone();
         let size = lit::<T>(by) * self.problem.b_norm();
-        let (_, b, friction) = perturbed.parts_mut();
+        let (b, friction) = perturbed.terms_mut();
         for (i, (b, mu)) in b.iter_mut().zip(friction).enumerate() {
             // Outwards along the normal, so that what is too tight gets loose.
             let share = (0.618_033_988_749_894_9 * (i + 1) as f64).fract();

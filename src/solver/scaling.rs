@@ -2,7 +2,7 @@
 
 use nalgebra::{ComplexField, SVector};
 
-use crate::cone::{ConeProblem, largest_eigenvalue};
+use crate::cone::{BlockMatrix, ConeProblem, largest_eigenvalue};
 use crate::scalar::{Scalar, lit};
 
 /// W' = S W S, b' = S b/β with S_αα = s_α I, s_α = λ_max(sym W_αα)^(−1/2), β = ‖S b‖/√m, and r = β S r'.
@@ -11,6 +11,8 @@ use crate::scalar::{Scalar, lit};
 #[derive(Debug, Clone)]
 pub(super) struct Scaled<T: Scalar, const D: usize> {
     problem: ConeProblem<T, D>,
+    /// W of a problem that comes in factored form.
+    formed: BlockMatrix<T, D>,
     scale: Vec<T>,
     beta: T,
     b_norm: T,
@@ -18,7 +20,13 @@ pub(super) struct Scaled<T: Scalar, const D: usize> {
 
 impl<T: Scalar, const D: usize> Default for Scaled<T, D> {
     fn default() -> Self {
-        Self { problem: ConeProblem::default(), scale: Vec::new(), beta: T::one(), b_norm: T::one() }
+        Self {
+            problem: ConeProblem::default(),
+            formed: BlockMatrix::new(),
+            scale: Vec::new(),
+            beta: T::one(),
+            b_norm: T::one(),
+        }
     }
 }
 
@@ -33,11 +41,12 @@ impl<T: Scalar, const D: usize> Scaled<T, D> {
         let square =
             problem.b().iter().zip(scale).fold(T::zero(), |sum, (b, &s)| sum + (b * s).norm_squared());
         let beta = ComplexField::sqrt(square / lit::<T>(m as f64));
+        let w = problem.delassus().form_in(&mut self.formed);
         let (delassus, b, friction) = self.problem.parts_mut();
         delassus.clear();
         for i in 0..m {
             delassus.start_row();
-            for (j, block) in problem.delassus().row(i) {
+            for (j, block) in w.row(i) {
                 delassus.push(j, block * (scale[i] * scale[j]));
             }
         }
@@ -47,6 +56,11 @@ impl<T: Scalar, const D: usize> Scaled<T, D> {
         friction.extend_from_slice(problem.friction());
         self.beta = beta;
         self.b_norm = problem.b_norm();
+    }
+
+    /// W of the scaled problem.
+    pub(super) fn delassus(&self) -> &BlockMatrix<T, D> {
+        self.problem.delassus().formed().expect("refilled block by block")
     }
 
     /// The scaled problem.

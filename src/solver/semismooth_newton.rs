@@ -8,7 +8,7 @@ use super::newton_matrix::NewtonMatrix;
 use super::scaling::Scaled;
 use super::watchdog::Watchdog;
 use super::{Breakdown, ConeSolver, Control, Description, Family, Stopping};
-use crate::cone::{ConeProblem, de_saxce, project};
+use crate::cone::{ConeProblem, Workspace, de_saxce, project};
 use crate::scalar::{Scalar, epsilon, lit};
 
 /// Settings of [`SemismoothNewton`].
@@ -68,6 +68,7 @@ pub struct SemismoothNewton<T: Scalar, const D: usize> {
     contacts: Vec<Linearised<T, D>>,
     steps: usize,
     reached: bool,
+    workspace: Workspace<T>,
 }
 
 /// How a Newton phase ended.
@@ -98,6 +99,7 @@ impl<T: Scalar, const D: usize> SemismoothNewton<T, D> {
             contacts: Vec::new(),
             steps: 0,
             reached: false,
+            workspace: Workspace::default(),
         }
     }
 
@@ -130,7 +132,7 @@ impl<T: Scalar, const D: usize> SemismoothNewton<T, D> {
             let w = problem.shifted_velocity(i, &self.r) + (r - self.center[i]) * a;
             self.contacts.push(linearise(formulation, r, &w, problem.friction()[i]));
         }
-        let (contacts, delassus) = (&self.contacts, problem.delassus());
+        let (contacts, delassus) = (&self.contacts, self.scaled.delassus());
         self.matrix.factor(delassus, |i| {
             let contact = &contacts[i];
             let diagonal = contact.by_percussion + contact.by_velocity * damping;
@@ -218,7 +220,8 @@ impl<T: Scalar, const D: usize> SemismoothNewton<T, D> {
         if self.best_residual <= control.tolerance() {
             self.trial.clone_from(&self.best);
             self.scaled.unscale_into(&self.best, &mut self.trial);
-            self.reached = problem.residual(&self.trial).scaled <= control.tolerance();
+            self.reached =
+                problem.residual_in(&self.trial, &mut self.workspace).scaled <= control.tolerance();
         }
         self.reached
     }
@@ -227,7 +230,7 @@ impl<T: Scalar, const D: usize> SemismoothNewton<T, D> {
     fn is_exhausted(&mut self, problem: &ConeProblem<T, D>) -> bool {
         self.trial.clone_from(&self.best);
         self.scaled.unscale_into(&self.best, &mut self.trial);
-        problem.solved_to_rounding(&self.trial, self.best_residual)
+        problem.solved_to_rounding(&self.trial, self.best_residual, &mut self.workspace)
     }
 
     /// Proximal point steps from `self.r` with a first weight `a`.
@@ -338,7 +341,7 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for SemismoothNewton<T, D> {
         self.center.clone_from(&self.r);
         (self.best_residual, self.steps, self.reached) = (T::infinity_impl(), 0, false);
         self.matrix
-            .analyse(self.scaled.problem().delassus())
+            .analyse(self.scaled.delassus())
             .map_err(|message| Breakdown { iterations: 0, message })?;
         let mut formulation = self.settings.formulation;
         // Enough to leave a singular system a step, too little to slow the last ones.

@@ -200,7 +200,8 @@ fn rebuilt<const D: usize>(
     for (row, &i) in picks.iter().enumerate() {
         delassus.start_row();
         for (column, &j) in picks.iter().enumerate() {
-            if let Some((_, block)) = cone.delassus().row(i).find(|&(k, _)| k == j) {
+            if let Some((_, block)) = cone.delassus().formed().expect("formed").row(i).find(|&(k, _)| k == j)
+            {
                 let sizes = (cone.diagonal(i).diagonal(), cone.diagonal(j).diagonal());
                 delassus.push(column, change((row, column), block, (&sizes.0, &sizes.1)));
             }

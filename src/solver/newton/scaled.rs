@@ -5,7 +5,7 @@ use nalgebra::{ComplexField, SVector};
 use super::body_space::BodySpace;
 use super::contact_space::ContactSpace;
 use super::maps::{Linear, Map};
-use crate::cone::{ConeProblem, de_saxce, largest_eigenvalue, project};
+use crate::cone::{ConeProblem, Delassus, de_saxce, largest_eigenvalue, project};
 use crate::scalar::{Scalar, from_usize};
 
 /// The scaled problem, s_α = λ_max(sym W_αα)^(−1/2), β = ‖S b‖/√m: cones, symmetry and De Saxcé's term survive, every
@@ -57,15 +57,15 @@ impl<T: Scalar, const D: usize> Scaled<T, D> {
         self.b.extend(problem.b().iter().zip(&self.scale).map(|(b, &s)| b * (s / self.beta)));
         self.friction.clear();
         self.friction.extend_from_slice(problem.friction());
-        match (&mut self.system, problem.factors()) {
-            (System::Contact(system), None) => system.prepare(problem.delassus(), &self.scale),
-            (System::Body(system), Some(factors)) => system.prepare(factors, &self.scale),
-            (system, None) => {
+        match (&mut self.system, problem.delassus()) {
+            (System::Contact(system), Delassus::Formed(w)) => system.prepare(w, &self.scale),
+            (System::Body(system), Delassus::Factored(factors)) => system.prepare(factors, &self.scale),
+            (system, Delassus::Formed(w)) => {
                 let mut contact = ContactSpace::new();
-                contact.prepare(problem.delassus(), &self.scale);
+                contact.prepare(w, &self.scale);
                 *system = System::Contact(Box::new(contact));
             }
-            (system, Some(factors)) => {
+            (system, Delassus::Factored(factors)) => {
                 let mut body = BodySpace::new();
                 body.prepare(factors, &self.scale);
                 *system = System::Body(Box::new(body));
