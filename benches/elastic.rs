@@ -13,7 +13,7 @@ use elastic::{Scheme, authors_mesh, block_scheme, built_in_mesh};
 use nonsmooth::linalg::{Factor, Symmetric};
 use nonsmooth::mesh::{Mesh, Pattern};
 use nonsmooth::scheme::{ActivationRule, Part};
-use nonsmooth::system::{Hypothesis, MechanicalSystem};
+use nonsmooth::system::{Hypothesis, System};
 
 const PARTS: [(Part, &str); 6] = [
     (Part::FreeVelocity, "forces, solve down"),
@@ -70,7 +70,7 @@ fn fastest(repeat: usize, mut work: impl FnMut()) -> f64 {
 
 /// Seconds of the products with M and K, and of one pair of triangular solves with M̂.
 fn kernels(scheme: &Scheme<2>) -> ([f64; 3], usize) {
-    let system: &dyn MechanicalSystem<f64, 2> = scheme.system();
+    let system: &dyn System<f64, 2> = scheme.system();
     let free = system.prescribed().map_or(system.dofs(), |prescribed| prescribed.first());
     let stiffness = system.stiffness().expect("an elastic body");
     let h = scheme.settings().step;

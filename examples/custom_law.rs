@@ -74,7 +74,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let solver = solver::build::<f64, 2>(solver::DEFAULT, Stopping::default())?;
     let (q, v) = (vec![0.0, 1.1, 0.0], vec![1.0, 0.0, 0.0]);
     let mut scheme =
-        ThetaScheme::new(scene.build()?, vec![law], solver, Settings::new(0.5, 1e-4), 0.0, q, v)?;
+        ThetaScheme::new(Box::new(scene.build()?), vec![law], solver, Settings::new(0.5, 1e-4), 0.0, q, v)?;
     println!("{:>8}  {:>9}  {:>9}  {:>5}  {:>11}", "t (s)", "u_N- (m/s)", "u_N+ (m/s)", "e", "work (J)");
     while scheme.state().time < 1.5 {
         let step = scheme.step()?.clone();

@@ -243,9 +243,9 @@ fn shaken() -> elastic::Scheme<2> {
     let sine = Signal::Sine { frequency: 1.0, phase: 0.0 };
     builder.prescribe(elastic::TOP, Axis::Y, 0.01, sine).expect("the top");
     let body = builder.build().expect("a block");
-    let zeros = vec![0.0; nonsmooth::system::MechanicalSystem::<f64, 2>::dofs(&body)];
+    let zeros = vec![0.0; nonsmooth::system::System::<f64, 2>::dofs(&body)];
     let solver = nonsmooth::solver::build("nsgs", nonsmooth::solver::Stopping::default()).expect("a solver");
-    ThetaScheme::new(body, vec![], solver, Settings::new(0.5, 1e-3), 0.0, zeros.clone(), zeros)
+    ThetaScheme::new(Box::new(body), vec![], solver, Settings::new(0.5, 1e-3), 0.0, zeros.clone(), zeros)
         .expect("a scheme")
 }
 

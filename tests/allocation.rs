@@ -15,7 +15,7 @@ use nonsmooth::linalg::{BlockRows, Symmetric};
 use nonsmooth::scalar::{Scalar, lit};
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, ThetaScheme};
 use nonsmooth::solver::{ConeSolver, Nsgs, NsgsSettings, Stopping, build};
-use nonsmooth::system::{Body, Forces, Lagrangian, MechanicalSystem, RigidBodies, SmoothGap};
+use nonsmooth::system::{Body, Forces, Lagrangian, System, RigidBodies, SmoothGap};
 use random_problems::{Recipe, random};
 
 /// Makes `warm_up` steps, then asserts that the next `steps` allocate nothing and that contacts were active in them.
@@ -26,7 +26,7 @@ fn assert_no_allocation<T, const D: usize, S, L, V>(
     steps: usize,
 ) where
     T: Scalar,
-    S: MechanicalSystem<T, D>,
+    S: System<T, D>,
     L: ContactLaw<T, D>,
     V: ConeSolver<T, D>,
 {
@@ -105,7 +105,7 @@ fn joints_with_contacts_allocate_nothing() {
     let activation = Activation::new(ActivationRule::PredictedGap);
     let settings = Settings { activation, ..Settings::new(0.6, 1e-3) };
     let q = vec![0.5, 0.0, 0.0, 1.5, 0.0, 0.0];
-    let mut scheme = ThetaScheme::new(system, laws, solver, settings, 0.0, q, vec![0.0; 6]).expect("closed");
+    let mut scheme = ThetaScheme::new(Box::new(system), laws, solver, settings, 0.0, q, vec![0.0; 6]).expect("closed");
     assert_no_allocation("joints", &mut scheme, 3000, 1000);
 }
 
@@ -152,7 +152,7 @@ fn bar<T: Scalar, const D: usize>(n: usize) -> ThetaScheme<T, D, Lagrangian<T, D
     settings.activation = Activation::new(ActivationRule::PredictedGap);
     let solver = Nsgs::new(NsgsSettings::default());
     let (q, v) = (vec![lit::<T>(1e-4); n], vec![T::zero(); n]);
-    ThetaScheme::new(bar, vec![law(), law()], solver, settings, T::zero(), q, v).expect("valid")
+    ThetaScheme::new(Box::new(bar), vec![law(), law()], solver, settings, T::zero(), q, v).expect("valid")
 }
 
 #[test]
@@ -184,7 +184,7 @@ fn assert_no_allocation_under_error_control<const D: usize, S, L, V>(
     tolerance: f64,
     (warm, end): (f64, f64),
 ) where
-    S: MechanicalSystem<f64, D>,
+    S: System<f64, D>,
     L: ContactLaw<f64, D>,
     V: ConeSolver<f64, D>,
 {

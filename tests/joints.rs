@@ -9,14 +9,14 @@ use nonsmooth::laws::{self, ContactLaw};
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, SetupError, StepError, ThetaScheme};
 use nonsmooth::solver::{self, ConeSolver, SOLVERS, SolveError, Stopping};
 use nonsmooth::system::{
-    Body, BodyId, MechanicalSystem, NonlinearLagrangian, RigidBodies, RigidBodiesBuilder, SystemError,
+    Body, BodyId, System, NonlinearLagrangian, RigidBodies, RigidBodiesBuilder, SystemError,
     polygon_body,
 };
 
 type Law = Box<dyn ContactLaw<f64, 2>>;
-type Scheme<S = RigidBodies<f64>> = ThetaScheme<f64, 2, S, Law, Box<dyn ConeSolver<f64, 2>>>;
+type Scheme<S = RigidBodies<f64>> = ThetaScheme<f64, 2>;
 
-fn scheme<S: MechanicalSystem<f64, 2>>(
+fn scheme<S: System<f64, 2>>(
     system: S,
     (law, e, mu): (&str, f64, f64),
     solver: &str,
@@ -27,7 +27,7 @@ fn scheme<S: MechanicalSystem<f64, 2>>(
     let solver = solver::build(solver, Stopping::to(1e-12)).expect("registered");
     let activation = Activation::new(ActivationRule::PredictedGap);
     let settings = Settings { activation, ..Settings::new(theta, h) };
-    ThetaScheme::new(system, laws, solver, settings, 0.0, q, v)
+    ThetaScheme::new(Box::new(system), laws, solver, settings, 0.0, q, v)
 }
 
 const ROD: Body<f64> = Body { mass: 1.0, inertia: 1.0 / 12.0 };
@@ -64,8 +64,8 @@ fn rods(q: [f64; 2], v: [f64; 2]) -> (Vec<f64>, Vec<f64>) {
 }
 
 fn opening(scheme: &Scheme) -> f64 {
-    let mut open = vec![0.0; MechanicalSystem::<f64, 2>::joint_rows(scheme.system())];
-    MechanicalSystem::<f64, 2>::joint_residual(scheme.system(), &scheme.state().q, &mut open);
+    let mut open = vec![0.0; System::<f64, 2>::joint_rows(scheme.system())];
+    System::<f64, 2>::joint_residual(scheme.system(), &scheme.state().q, &mut open);
     open.iter().fold(0.0, |most, x| f64::max(most, x.abs()))
 }
 

@@ -9,10 +9,10 @@ use nalgebra::{DMatrix, Vector2};
 use nonsmooth::laws;
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, SetupError, StepError, ThetaScheme};
 use nonsmooth::solver::{Nsgs, NsgsSettings, Stopping};
-use nonsmooth::system::{Dynamics, Forces, MechanicalSystem, NonlinearLagrangian, SmoothGap};
+use nonsmooth::system::{Dynamics, Forces, System, NonlinearLagrangian, SmoothGap};
 
 type Law = Box<dyn laws::ContactLaw<f64, 2>>;
-type Scheme = ThetaScheme<f64, 2, NonlinearLagrangian<f64, 2>, Law, Nsgs<f64, 2>>;
+type Scheme = ThetaScheme<f64, 2>;
 
 fn try_scheme(
     system: NonlinearLagrangian<f64, 2>,
@@ -20,13 +20,13 @@ fn try_scheme(
     (theta, h): (f64, f64),
     (q, v): (&[f64], &[f64]),
 ) -> Result<Scheme, SetupError> {
-    let laws: Vec<Law> = (0..MechanicalSystem::<f64, 2>::interfaces(&system))
+    let laws: Vec<Law> = (0..System::<f64, 2>::interfaces(&system))
         .map(|_| laws::build(law, &[e, mu]).expect("registered"))
         .collect();
     let solver = Nsgs::new(NsgsSettings { stopping: Stopping::to(1e-13), ..NsgsSettings::default() });
     let activation = Activation::new(ActivationRule::PredictedGap);
     let settings = Settings { activation, allow_unproved_theta: true, ..Settings::new(theta, h) };
-    ThetaScheme::new(system, laws, solver, settings, 0.0, q.to_vec(), v.to_vec())
+    ThetaScheme::new(Box::new(system), laws, solver, settings, 0.0, q.to_vec(), v.to_vec())
 }
 
 fn scheme(

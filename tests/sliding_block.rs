@@ -9,12 +9,12 @@ use nonsmooth::mesh::Pattern;
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, ThetaScheme, equilibrium};
 use nonsmooth::solver::{self, Stopping};
 use nonsmooth::system::{
-    Axis, ElasticBody, Hypothesis, Material, MechanicalSystem, PreloadError, Signal, Support,
+    Axis, ElasticBody, Hypothesis, Material, System, PreloadError, Signal, Support,
 };
 
 /// Strain energy ½ q·Kq.
 fn strain_energy(body: &ElasticBody<f64>, q: &[f64]) -> f64 {
-    let stiffness = MechanicalSystem::<f64, 2>::stiffness(body).expect("elastic");
+    let stiffness = System::<f64, 2>::stiffness(body).expect("elastic");
     let mut force = q.to_vec();
     stiffness.multiply(q, &mut force);
     0.5 * q.iter().zip(&force).map(|(a, b)| a * b).sum::<f64>()
@@ -190,7 +190,7 @@ fn plane_strain(published: &Published) {
         ..Activation::new(ActivationRule::MoreauJean)
     };
     let settings = Settings { activation, allow_unproved_theta: true, ..Settings::new(0.5, 1e-4) };
-    let mut scheme = ThetaScheme::new(block, vec![law], solver, settings, 0.0, q, v).expect("a scheme");
+    let mut scheme = ThetaScheme::new(Box::new(block), vec![law], solver, settings, 0.0, q, v).expect("a scheme");
     let got = aggregates(&mut scheme, 10_000);
     println!("{}: {got:?}", published.law);
     // The digits printed, at most 1e-6; a run whose gaps differ in the sign of one rounding leaves them from there on.
@@ -271,11 +271,11 @@ fn the_work_of_moving_supports_closes_the_balance() {
             .contact(elastic::CONTACT, "ground", [0.0; 2], [0.0, 1.0], interface)
             .expect("the contact edge");
         let body = builder.build().expect("a body");
-        let n = MechanicalSystem::<f64, 2>::dofs(&body);
+        let n = System::<f64, 2>::dofs(&body);
         let law = laws::build::<f64, 2>("newton", &[0.0, 0.3]).expect("a law");
         let solver = solver::build("hybrid", Stopping::to(1e-12)).expect("a solver");
         let settings = Settings { allow_unproved_theta: true, ..Settings::new(theta, 1e-3) };
-        let mut scheme = ThetaScheme::new(body, vec![law], solver, settings, 0.0, vec![0.0; n], vec![0.0; n])
+        let mut scheme = ThetaScheme::new(Box::new(body), vec![law], solver, settings, 0.0, vec![0.0; n], vec![0.0; n])
             .expect("a scheme");
         let (mut moved, mut largest): (f64, f64) = (0.0, 0.0);
         for _ in 0..steps {

@@ -9,7 +9,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use nonsmooth::contact::ContactId;
 use nonsmooth::file::AtomicFile;
-use nonsmooth::laws::ContactLaw as _;
 use nonsmooth::mesh::Mesh;
 use nonsmooth::observe::{
     AdaptiveSummary, CsvFiles, ObserveError, Rates, RunInfo, RunSeries, RunSummary, SeriesRecorder,
@@ -18,7 +17,6 @@ use nonsmooth::observe::{
 use nonsmooth::scalar::{Scalar, to_f64};
 use nonsmooth::scene::{self, Overrides, PlanarStepper, Run, ScalarName, Scene};
 use nonsmooth::simulate::{Outcome, SimulateError, Stepper, begin, end};
-use nonsmooth::system::MechanicalSystem as _;
 use serde::Serialize;
 
 use super::checkpoint::{self, Checkpoint, Current};

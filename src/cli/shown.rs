@@ -4,7 +4,7 @@ use nonsmooth::contact::ContactId;
 use nonsmooth::linalg::BlockRows;
 use nonsmooth::scalar::Scalar;
 use nonsmooth::scene::{Planar, Scene, SceneError};
-use nonsmooth::system::MechanicalSystem;
+use nonsmooth::system::System;
 
 /// Bodies up to which every pair is looked at when the first contact is sought.
 const FEW_BODIES: usize = 200;
@@ -27,7 +27,7 @@ pub(super) fn shown<T: Scalar, const D: usize>(
     };
     let few = scene.bodies.len() <= FEW_BODIES || scene.output.figure_contact.is_some();
     let candidates = scheme.candidates(if few { T::infinity_impl() } else { T::zero() }).to_vec();
-    let system: &dyn MechanicalSystem<T, D> = scheme.system();
+    let system: &dyn System<T, D> = scheme.system();
     let contact = match &scene.output.figure_contact {
         None => candidates.iter().map(|candidate| candidate.id).min(),
         Some(name) => {

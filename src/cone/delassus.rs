@@ -131,3 +131,9 @@ impl<T: Scalar, const D: usize> Delassus<T, D> {
         }
     }
 }
+
+impl<T: Scalar, const D: usize> From<BlockMatrix<T, D>> for Delassus<T, D> {
+    fn from(w: BlockMatrix<T, D>) -> Self {
+        Self::Formed(w)
+    }
+}

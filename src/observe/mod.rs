@@ -25,7 +25,7 @@ pub use vtk::VtkSeries;
 
 use crate::scalar::{Scalar, to_f64};
 use crate::scheme::{Settings, State, Step};
-use crate::system::MechanicalSystem;
+use crate::system::System;
 
 /// Which run an observer is in.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,7 +62,7 @@ impl RunInfo {
 #[derive(Clone, Copy)]
 pub struct Frame<'a, T: Scalar, const D: usize> {
     /// The system.
-    pub system: &'a dyn MechanicalSystem<T, D>,
+    pub system: &'a dyn System<T, D>,
     /// The state at the end of the step.
     pub state: &'a State<T>,
     /// The step; at the start of a run its contacts are empty.

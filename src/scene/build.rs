@@ -10,8 +10,8 @@ use crate::laws::{self, Approach, ContactLaw};
 use crate::scalar::{Scalar, epsilon, lit};
 use crate::scheme::{Activation, ActivationRule, Settings, ThetaScheme, equilibrium};
 use crate::simulate::Stepper;
-use crate::solver::{self, ConeSolver, Stopping};
-use crate::system::{Body, BodyId, MechanicalSystem, RigidBodies};
+use crate::solver::{self, Stopping};
+use crate::system::{Body, BodyId, Dynamics, RigidBodies, System};
 
 /// Tolerance of the contacts of a preload, 64 ε for scalars that cannot resolve it.
 const PRELOAD: f64 = 1e-13;
@@ -20,19 +20,16 @@ const PRELOAD: f64 = 1e-13;
 pub(super) type AnyLaw<T, const D: usize> = Box<dyn ContactLaw<T, D>>;
 
 /// A system of any kind.
-pub(super) type AnySystem<T, const D: usize> = Box<dyn MechanicalSystem<T, D>>;
+pub(super) type AnySystem<T, const D: usize> = Box<dyn System<T, D>>;
 
 /// The scheme of a scene: planar rigid bodies or an elastic body, laws and solver by name.
-pub type Planar<T, const D: usize> =
-    ThetaScheme<T, D, AnySystem<T, D>, AnyLaw<T, D>, Box<dyn ConeSolver<T, D>>>;
+pub type Planar<T, const D: usize> = ThetaScheme<T, D>;
 
 /// The same under error control.
-pub type PlanarAdaptive<T, const D: usize> =
-    Adaptive<T, D, AnySystem<T, D>, AnyLaw<T, D>, Box<dyn ConeSolver<T, D>>>;
+pub type PlanarAdaptive<T, const D: usize> = Adaptive<T, D>;
 
 /// What makes the steps of a scene, of one length or under error control.
-pub type PlanarStepper<T, const D: usize> =
-    Stepper<T, D, AnySystem<T, D>, AnyLaw<T, D>, Box<dyn ConeSolver<T, D>>>;
+pub type PlanarStepper<T, const D: usize> = Stepper<T, D>;
 
 impl InterfaceSpec {
     /// The two sides, for errors.
@@ -106,7 +103,7 @@ pub(super) fn parts<T: Scalar, const D: usize>(scene: &Scene, run: &Run) -> Resu
             let (mut body, interfaces) = solid.body::<T>(scene)?;
             let of = |&interface: &usize| scene.interfaces[interface].law(run);
             let laws = interfaces.iter().map(of).collect::<Result<Vec<AnyLaw<T, D>>, _>>()?;
-            let n = MechanicalSystem::<T, D>::dofs(&body);
+            let n = body.dofs();
             let q = match solid.preload {
                 None => vec![T::zero(); n],
                 Some(PreloadSpec { contacts, constant_forces }) => match contacts.support() {
@@ -122,7 +119,7 @@ pub(super) fn parts<T: Scalar, const D: usize>(scene: &Scene, run: &Run) -> Resu
                         let tolerance = nalgebra::RealField::min(given.tolerance, precise);
                         let stopping = Stopping { tolerance, ..given };
                         let mut solver = solver::build::<T, D>(&run.solver, stopping)?;
-                        equilibrium(&mut body, &friction, &mut solver, T::zero(), constant_forces)?
+                        equilibrium(&mut body, &friction, &mut *solver, T::zero(), constant_forces)?
                     }
                 },
             };

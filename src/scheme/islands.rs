@@ -121,7 +121,7 @@ impl<T: Scalar, const D: usize> Islands<T, D> {
         (whole, delassus): (&ConeProblem<T, D>, &BlockMatrix<T, D>),
         starts: (&[SVector<T, D>], &[SVector<T, D>]),
         r: &mut [SVector<T, D>],
-        solver: &mut impl ConeSolver<T, D>,
+        solver: &mut dyn ConeSolver<T, D>,
     ) -> Result<Solution<T>, (usize, SolveError)> {
         self.problem.copy_masses_of(whole);
         let (mut iterations, mut first, mut worst, mut rescued_by) = (0, 0, None, None);

@@ -8,12 +8,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub use stepper::Stepper;
 
 use crate::adaptive::{Adaptive, AdaptiveError};
-use crate::laws::ContactLaw;
 use crate::observe::{Frame, ObserveError, Observer, RunInfo};
 use crate::scalar::Scalar;
 use crate::scheme::{StepError, ThetaScheme};
-use crate::solver::ConeSolver;
-use crate::system::MechanicalSystem;
 
 /// How a run ended that nothing went wrong in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,19 +39,13 @@ pub enum SimulateError {
 ///
 /// # Errors
 /// [`SimulateError`]; the observers' `end` has then been called all the same.
-pub fn simulate<T, const D: usize, S, L, V>(
-    scheme: &mut ThetaScheme<T, D, S, L, V>,
+pub fn simulate<T: Scalar, const D: usize>(
+    scheme: &mut ThetaScheme<T, D>,
     steps: usize,
     run: &RunInfo,
     observers: &mut [&mut dyn Observer<T, D>],
     interrupt: &AtomicBool,
-) -> Result<Outcome, SimulateError>
-where
-    T: Scalar,
-    S: MechanicalSystem<T, D>,
-    L: ContactLaw<T, D>,
-    V: ConeSolver<T, D>,
-{
+) -> Result<Outcome, SimulateError> {
     begin(scheme, run, observers)?;
     let outcome = advance(scheme, steps, observers, interrupt);
     let ended = end(scheme, observers);
@@ -68,17 +59,11 @@ where
 ///
 /// # Errors
 /// [`ObserveError`].
-pub fn begin<T, const D: usize, S, L, V>(
-    scheme: &ThetaScheme<T, D, S, L, V>,
+pub fn begin<T: Scalar, const D: usize>(
+    scheme: &ThetaScheme<T, D>,
     run: &RunInfo,
     observers: &mut [&mut dyn Observer<T, D>],
-) -> Result<(), ObserveError>
-where
-    T: Scalar,
-    S: MechanicalSystem<T, D>,
-    L: ContactLaw<T, D>,
-    V: ConeSolver<T, D>,
-{
+) -> Result<(), ObserveError> {
     tell(frame(scheme), observers, |observer, frame| observer.begin(run, frame))
 }
 
@@ -86,18 +71,12 @@ where
 ///
 /// # Errors
 /// [`SimulateError`].
-pub fn advance<T, const D: usize, S, L, V>(
-    scheme: &mut ThetaScheme<T, D, S, L, V>,
+pub fn advance<T: Scalar, const D: usize>(
+    scheme: &mut ThetaScheme<T, D>,
     steps: usize,
     observers: &mut [&mut dyn Observer<T, D>],
     interrupt: &AtomicBool,
-) -> Result<Outcome, SimulateError>
-where
-    T: Scalar,
-    S: MechanicalSystem<T, D>,
-    L: ContactLaw<T, D>,
-    V: ConeSolver<T, D>,
-{
+) -> Result<Outcome, SimulateError> {
     for _ in 0..steps {
         if interrupt.load(Ordering::Relaxed) {
             return Ok(Outcome::Interrupted);
@@ -112,16 +91,10 @@ where
 ///
 /// # Errors
 /// [`ObserveError`].
-pub fn end<T, const D: usize, S, L, V>(
-    scheme: &ThetaScheme<T, D, S, L, V>,
+pub fn end<T: Scalar, const D: usize>(
+    scheme: &ThetaScheme<T, D>,
     observers: &mut [&mut dyn Observer<T, D>],
-) -> Result<(), ObserveError>
-where
-    T: Scalar,
-    S: MechanicalSystem<T, D>,
-    L: ContactLaw<T, D>,
-    V: ConeSolver<T, D>,
-{
+) -> Result<(), ObserveError> {
     tell(frame(scheme), observers, |observer, frame| observer.end(frame))
 }
 
@@ -130,18 +103,12 @@ where
 ///
 /// # Errors
 /// [`SimulateError`].
-pub fn advance_adaptively<T, const D: usize, S, L, V>(
-    driver: &mut Adaptive<T, D, S, L, V>,
+pub fn advance_adaptively<T: Scalar, const D: usize>(
+    driver: &mut Adaptive<T, D>,
     time: T,
     observers: &mut [&mut dyn Observer<T, D>],
     interrupt: &AtomicBool,
-) -> Result<Outcome, SimulateError>
-where
-    T: Scalar,
-    S: MechanicalSystem<T, D>,
-    L: ContactLaw<T, D>,
-    V: ConeSolver<T, D>,
-{
+) -> Result<Outcome, SimulateError> {
     if interrupt.load(Ordering::Relaxed) {
         return Ok(Outcome::Interrupted);
     }
@@ -158,13 +125,7 @@ where
     }
 }
 
-fn frame<T, const D: usize, S, L, V>(scheme: &ThetaScheme<T, D, S, L, V>) -> Frame<'_, T, D>
-where
-    T: Scalar,
-    S: MechanicalSystem<T, D>,
-    L: ContactLaw<T, D>,
-    V: ConeSolver<T, D>,
-{
+fn frame<T: Scalar, const D: usize>(scheme: &ThetaScheme<T, D>) -> Frame<'_, T, D> {
     Frame { system: scheme.system(), state: scheme.state(), step: scheme.last_step() }
 }
 

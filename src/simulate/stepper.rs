@@ -4,35 +4,26 @@ use std::sync::atomic::AtomicBool;
 
 use super::{Outcome, SimulateError, advance, advance_adaptively};
 use crate::adaptive::{Adaptive, AdaptiveError, AdaptiveSettings};
-use crate::laws::ContactLaw;
 use crate::observe::Observer;
 use crate::scalar::Scalar;
 use crate::scheme::ThetaScheme;
-use crate::solver::ConeSolver;
-use crate::system::MechanicalSystem;
 
 /// What makes the steps of a run.
 #[derive(Debug)]
-pub enum Stepper<T: Scalar, const D: usize, S, L, V> {
+pub enum Stepper<T: Scalar, const D: usize> {
     /// Steps of one length.
-    Fixed(Box<ThetaScheme<T, D, S, L, V>>),
+    Fixed(Box<ThetaScheme<T, D>>),
     /// Steps under error control.
-    Adaptive(Box<Adaptive<T, D, S, L, V>>),
+    Adaptive(Box<Adaptive<T, D>>),
 }
 
-impl<T, const D: usize, S, L, V> Stepper<T, D, S, L, V>
-where
-    T: Scalar,
-    S: MechanicalSystem<T, D>,
-    L: ContactLaw<T, D>,
-    V: ConeSolver<T, D>,
-{
+impl<T: Scalar, const D: usize> Stepper<T, D> {
     /// Takes a scheme over, under error control where there are settings for it.
     ///
     /// # Errors
     /// [`AdaptiveError`] of [`Adaptive::new`].
     pub fn new(
-        scheme: ThetaScheme<T, D, S, L, V>,
+        scheme: ThetaScheme<T, D>,
         control: Option<AdaptiveSettings<T>>,
     ) -> Result<Self, AdaptiveError> {
         Ok(match control {
@@ -42,7 +33,7 @@ where
     }
 
     /// The scheme.
-    pub fn scheme(&self) -> &ThetaScheme<T, D, S, L, V> {
+    pub fn scheme(&self) -> &ThetaScheme<T, D> {
         match self {
             Self::Fixed(scheme) => scheme,
             Self::Adaptive(driver) => driver.scheme(),
@@ -50,7 +41,7 @@ where
     }
 
     /// The scheme, to be restored; `None` under error control, which keeps what it knows of its state.
-    pub fn fixed(&mut self) -> Option<&mut ThetaScheme<T, D, S, L, V>> {
+    pub fn fixed(&mut self) -> Option<&mut ThetaScheme<T, D>> {
         match self {
             Self::Fixed(scheme) => Some(scheme),
             Self::Adaptive(_) => None,

@@ -52,7 +52,7 @@ impl Ball {
             return Err(format!("the disc centred in the body, not at {:?}", disc.centre));
         }
         let scheme: Planar<f64, 1> = build(scene, run).map_err(|error| error.to_string())?;
-        let e = restitution(&scheme.laws()[0])?;
+        let e = restitution(&*scheme.laws()[0])?;
 
         let length = plane.normal[0].hypot(plane.normal[1]);
         let normal = plane.normal.map(|x| x / length);

@@ -2,7 +2,6 @@
 
 use super::reference::Reference;
 use crate::scene::{Planar, Run, Scene, build};
-use crate::system::MechanicalSystem as _;
 
 /// The impacting bar of Doyen, Ern & Piperno (2011), doi:10.1137/100791440, by d'Alembert: a front leaves the wall at
 /// the speed c = √(E/ρ) and stops the bar, comes back from the free end and throws it off at v₀. Contact lasts 2L/c with

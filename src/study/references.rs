@@ -14,7 +14,6 @@ use crate::event_driven::Settings;
 use crate::observe::RunInfo;
 use crate::scene::{Planar, Run, ScalarName, Scene, build, contact_dimension, event_driven};
 use crate::simulate::{Outcome, simulate};
-use crate::system::MechanicalSystem as _;
 
 /// A run of the same scene with a finer step.
 pub(super) const FINEST: &str = "finest";

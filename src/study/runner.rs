@@ -3,7 +3,6 @@
 use std::sync::atomic::AtomicBool;
 
 use super::plan::Job;
-use crate::laws::ContactLaw as _;
 use crate::observe::{Observer, RunInfo};
 use crate::scalar::Scalar;
 use crate::scene::{PlanarStepper, SceneError, build};

@@ -8,11 +8,11 @@ use nonsmooth::mesh::{Mesh, Pattern, rectangle};
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, ThetaScheme};
 use nonsmooth::solver::{self, ConeSolver, Stopping};
 use nonsmooth::system::{
-    Axis, ElasticBody, Hypothesis, MassForm, Material, MechanicalSystem, Signal, Support,
+    Axis, ElasticBody, Hypothesis, MassForm, Material, System, Signal, Support,
 };
 
 pub(crate) type Scheme<const D: usize> =
-    ThetaScheme<f64, D, ElasticBody<f64>, Box<dyn ContactLaw<f64, D>>, Box<dyn ConeSolver<f64, D>>>;
+    ThetaScheme<f64, D>;
 
 /// Names of the groups of the authors' mesh.
 pub(crate) const CONTACT: &str = "Contact BC";
@@ -66,7 +66,7 @@ pub(crate) fn block_scheme(
     let solver = solver::build(solver, Stopping::to(1e-10)).expect("a solver");
     let activation = Activation::new(rule);
     let settings = Settings { activation, allow_unproved_theta: true, ..Settings::new(0.5, 1e-4) };
-    ThetaScheme::new(block, vec![law], solver, settings, 0.0, q, v).expect("a scheme")
+    ThetaScheme::new(Box::new(block), vec![law], solver, settings, 0.0, q, v).expect("a scheme")
 }
 
 /// A bar of `elements` elements from x = 0 to 10 with E = 900, ρ = 1, A = 1 at velocity `speed`, above a wall whose
@@ -136,7 +136,7 @@ pub(crate) fn impact(
     }
     let (state, system) = (scheme.state(), scheme.system());
     let mut momentum = state.v.clone();
-    MechanicalSystem::<f64, 1>::mass(system).multiply(&state.v, &mut momentum);
+    System::<f64, 1>::mass(system).multiply(&state.v, &mut momentum);
     Impact {
         contact_time: last,
         mean_force: impulse / last,

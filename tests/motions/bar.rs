@@ -5,7 +5,7 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use nonsmooth::linalg::Symmetric;
 use nonsmooth::scene::Scene;
-use nonsmooth::system::MechanicalSystem as _;
+use nonsmooth::system::System as _;
 
 use super::{Motion, example};
 

@@ -31,7 +31,7 @@ const MU: f64 = 0.2;
 const G: f64 = 9.81;
 
 /// Time of the first step that does not slide, and v_{k+θ} at the end.
-fn measure<T: Scalar, const D: usize, S: nonsmooth::system::MechanicalSystem<T, D>>(
+fn measure<T: Scalar, const D: usize, S: nonsmooth::system::System<T, D>>(
     mut scheme: super::support::Scheme<T, D, S>,
     steps: usize,
     outcome: &mut Outcome,
