@@ -15,7 +15,7 @@ use nonsmooth::linalg::{BlockRows, Symmetric};
 use nonsmooth::scalar::{Scalar, lit};
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, ThetaScheme};
 use nonsmooth::solver::{ConeSolver, Nsgs, NsgsSettings, Stopping, build};
-use nonsmooth::system::{Body, Forces, Lagrangian, System, RigidBodies, SmoothGap};
+use nonsmooth::system::{Body, Forces, Lagrangian, RigidBodies, SmoothGap, System};
 use random_problems::{Recipe, random};
 
 /// Makes `warm_up` steps, then asserts that the next `steps` allocate nothing and that contacts were active in them.
@@ -105,7 +105,8 @@ fn joints_with_contacts_allocate_nothing() {
     let activation = Activation::new(ActivationRule::PredictedGap);
     let settings = Settings { activation, ..Settings::new(0.6, 1e-3) };
     let q = vec![0.5, 0.0, 0.0, 1.5, 0.0, 0.0];
-    let mut scheme = ThetaScheme::new(Box::new(system), laws, solver, settings, 0.0, q, vec![0.0; 6]).expect("closed");
+    let mut scheme =
+        ThetaScheme::new(Box::new(system), laws, solver, settings, 0.0, q, vec![0.0; 6]).expect("closed");
     assert_no_allocation("joints", &mut scheme, 3000, 1000);
 }
 

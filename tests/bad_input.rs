@@ -6,9 +6,7 @@ use nonsmooth::laws::{self, Approach, ContactLaw, Fremond, LawError, NewtonCoulo
 use nonsmooth::linalg::{FactorError, OperatorError, Symmetric};
 use nonsmooth::scheme::{Activation, Settings, SetupError, StepError, ThetaScheme};
 use nonsmooth::solver::{self, ConeSolver, SOLVERS, SolveError, Stopping, StoppingError, UnknownSolver};
-use nonsmooth::system::{
-    Body, Forces, Lagrangian, System, RigidBodies, Signal, SmoothGap, SystemError,
-};
+use nonsmooth::system::{Body, Forces, Lagrangian, RigidBodies, Signal, SmoothGap, System, SystemError};
 
 const NOT_FINITE: [f64; 3] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
 
@@ -245,8 +243,15 @@ fn the_scheme_refuses_states_and_sizes_that_are_wrong() {
     assert!(matches!(error, SetupError::Energy { .. }), "{error}");
     let solver = solver::build::<f64, 2>("nsgs", Stopping::default()).expect("registered");
     let none: Vec<Fremond<f64>> = Vec::new();
-    let error =
-        ThetaScheme::new(Box::new(particle(|q| q[0])), none, solver, settings(), 0.0, vec![0.0; 2], vec![0.0; 2]);
+    let error = ThetaScheme::new(
+        Box::new(particle(|q| q[0])),
+        none,
+        solver,
+        settings(),
+        0.0,
+        vec![0.0; 2],
+        vec![0.0; 2],
+    );
     assert_eq!(error.expect_err("laws"), SetupError::Laws { interfaces: 1, laws: 0 });
     // An interface beyond every count of laws.
     let far =

@@ -13,7 +13,7 @@ use motion::{balances, close, hybrid, law, motion, rounding, state};
 use nonsmooth::event_driven::{Settings, integrate};
 use nonsmooth::scheme::ThetaScheme;
 use nonsmooth::solver::Stopping;
-use nonsmooth::system::{Body, System, RigidBodies, Signal, polygon_body};
+use nonsmooth::system::{Body, RigidBodies, Signal, System, polygon_body};
 use random_lagrangian::{RandomLagrangian, Storage};
 use regression::{log_spaced, order};
 use stream::Stream;
@@ -136,9 +136,17 @@ fn the_scheme_converges_to_the_motion_of_random_systems_with_three_contacts() {
         let end = 0.4;
         let settings = Settings::default();
         let system = drawn.system(Storage::Dense);
-        let motion =
-            integrate(Box::new(system), laws(), hybrid(), 0.0, drawn.q.clone(), drawn.v.clone(), end, &settings)
-                .unwrap_or_else(|error| panic!("seed {seed}: {error}"));
+        let motion = integrate(
+            Box::new(system),
+            laws(),
+            hybrid(),
+            0.0,
+            drawn.q.clone(),
+            drawn.v.clone(),
+            end,
+            &settings,
+        )
+        .unwrap_or_else(|error| panic!("seed {seed}: {error}"));
         balances(&motion);
         // First order in h, with a constant that grows with every impact in a row: the slope over the decades tells.
         let steps = log_spaced(1e-5, 1e-3, 7);
@@ -146,9 +154,16 @@ fn the_scheme_converges_to_the_motion_of_random_systems_with_three_contacts() {
             let storage = [Storage::Sparse, if seed % 2 == 0 { Storage::Diagonal } else { Storage::Dense }];
             let system = drawn.system(storage[usize::from(h > 1e-4)]);
             let settings = nonsmooth::scheme::Settings::new(0.5, h);
-            let mut scheme =
-                ThetaScheme::new(Box::new(system), laws(), hybrid(), settings, 0.0, drawn.q.clone(), drawn.v.clone())
-                    .expect("a scheme");
+            let mut scheme = ThetaScheme::new(
+                Box::new(system),
+                laws(),
+                hybrid(),
+                settings,
+                0.0,
+                drawn.q.clone(),
+                drawn.v.clone(),
+            )
+            .expect("a scheme");
             let mut worst = 0.0_f64;
             while scheme.state().time < end - h {
                 scheme.step().expect("three contacts");
@@ -193,7 +208,8 @@ fn piles_of_six_discs_come_to_rest_where_forces_in_the_cones_carry_their_weight(
         let (system, ..) = pile(&mut Stream(seed), 6);
         let (h, gravity, tolerance) = (1e-3, 10.0, Stopping::<f64>::default().tolerance);
         let settings = nonsmooth::scheme::Settings::new(0.5, h);
-        let mut scheme = ThetaScheme::new(Box::new(system), laws(), hybrid(), settings, 0.0, q, v).expect("a scheme");
+        let mut scheme =
+            ThetaScheme::new(Box::new(system), laws(), hybrid(), settings, 0.0, q, v).expect("a scheme");
         scheme.step().expect("an equilibrium");
         let speed = scheme.state().v.iter().fold(0.0_f64, |speed, v| speed.max(v.abs()));
         // The lightest disc turns ten times as fast as it moves.

@@ -9,8 +9,7 @@ use nonsmooth::laws::{self, ContactLaw};
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, SetupError, StepError, ThetaScheme};
 use nonsmooth::solver::{self, ConeSolver, SOLVERS, SolveError, Stopping};
 use nonsmooth::system::{
-    Body, BodyId, System, NonlinearLagrangian, RigidBodies, RigidBodiesBuilder, SystemError,
-    polygon_body,
+    Body, BodyId, NonlinearLagrangian, RigidBodies, RigidBodiesBuilder, System, SystemError, polygon_body,
 };
 
 type Law = Box<dyn ContactLaw<f64, 2>>;

@@ -4,7 +4,7 @@ use nonsmooth::adaptive::{Adaptive, AdaptiveError, AdaptiveSettings};
 use nonsmooth::laws::{self, ContactLaw};
 use nonsmooth::scheme::{Settings, SetupError, ThetaScheme};
 use nonsmooth::solver::{self, ConeSolver, Stopping};
-use nonsmooth::system::{Body, BodyId, System, RigidBodies, RigidBodiesBuilder};
+use nonsmooth::system::{Body, BodyId, RigidBodies, RigidBodiesBuilder, System};
 
 type Scheme = ThetaScheme<f64, 2>;
 
@@ -198,8 +198,8 @@ fn a_tolerance_of_joints_below_rounding_is_refused_by_name() {
         let solver: Box<dyn ConeSolver<f64, 2>> =
             solver::build("nsgs", Stopping::default()).expect("registered");
         let laws: Vec<Box<dyn ContactLaw<f64, 2>>> = Vec::new();
-        let error =
-            ThetaScheme::new(Box::new(system), laws, solver, settings, 0.0, rods.q, rods.v).expect_err("refused");
+        let error = ThetaScheme::new(Box::new(system), laws, solver, settings, 0.0, rods.q, rods.v)
+            .expect_err("refused");
         assert!(matches!(error, SetupError::JointTolerance { .. }), "{error}");
         assert!(error.to_string().contains("rounding"), "{error}");
     }

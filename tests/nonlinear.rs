@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, Vector2};
 use nonsmooth::laws;
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, SetupError, StepError, ThetaScheme};
 use nonsmooth::solver::{Nsgs, NsgsSettings, Stopping};
-use nonsmooth::system::{Dynamics, Forces, System, NonlinearLagrangian, SmoothGap};
+use nonsmooth::system::{Dynamics, Forces, NonlinearLagrangian, SmoothGap, System};
 
 type Law = Box<dyn laws::ContactLaw<f64, 2>>;
 type Scheme = ThetaScheme<f64, 2>;

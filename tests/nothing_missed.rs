@@ -11,7 +11,7 @@ use nonsmooth::adaptive::{Adaptive, AdaptiveSettings};
 use nonsmooth::laws::ContactLaw;
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, ThetaScheme};
 use nonsmooth::solver::ConeSolver;
-use nonsmooth::system::{Body, BodyId, System, RigidBodies, RigidBodiesBuilder};
+use nonsmooth::system::{Body, BodyId, RigidBodies, RigidBodiesBuilder, System};
 
 type Scheme = ThetaScheme<f64, 2>;
 
@@ -82,7 +82,8 @@ impl Bodies {
         let settings = Settings { activation, sleep, allow_unproved_theta: true, ..Settings::new(0.5, STEP) };
         let laws = vec![law(name, restitution, 0.0)];
         let system = self.builder.build().expect("bodies");
-        ThetaScheme::new(Box::new(system), laws, hybrid(), settings, 0.0, self.q, self.v).expect("a valid setup")
+        ThetaScheme::new(Box::new(system), laws, hybrid(), settings, 0.0, self.q, self.v)
+            .expect("a valid setup")
     }
 }
 

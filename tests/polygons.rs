@@ -2,9 +2,7 @@
 
 use nonsmooth::contact::{Candidate, ContactId};
 use nonsmooth::linalg::BlockRows;
-use nonsmooth::system::{
-    Body, GroupId, System, RigidBodies, RigidBodiesBuilder, SystemError, polygon_body,
-};
+use nonsmooth::system::{Body, GroupId, RigidBodies, RigidBodiesBuilder, System, SystemError, polygon_body};
 
 type Scene = (RigidBodiesBuilder<f64>, GroupId);
 

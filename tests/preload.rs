@@ -75,8 +75,8 @@ fn assert_stands(what: &str, make: impl Fn() -> ElasticBody<f64>, q: &[f64], fri
         let activation = Activation::new(ActivationRule::PredictedGap);
         let settings = Settings { activation, allow_unproved_theta: true, ..Settings::new(0.5, 1e-4) };
         let v = vec![0.0; q.len()];
-        let mut scheme =
-            ThetaScheme::new(Box::new(make()), vec![law], solver, settings, 0.0, q.to_vec(), v).expect("a scheme");
+        let mut scheme = ThetaScheme::new(Box::new(make()), vec![law], solver, settings, 0.0, q.to_vec(), v)
+            .expect("a scheme");
         let mut fastest = 0.0_f64;
         for _ in 0..1000 {
             scheme.step().expect("a step at rest");

@@ -8,9 +8,7 @@ use nonsmooth::laws;
 use nonsmooth::mesh::Pattern;
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, ThetaScheme, equilibrium};
 use nonsmooth::solver::{self, Stopping};
-use nonsmooth::system::{
-    Axis, ElasticBody, Hypothesis, Material, System, PreloadError, Signal, Support,
-};
+use nonsmooth::system::{Axis, ElasticBody, Hypothesis, Material, PreloadError, Signal, Support, System};
 
 /// Strain energy ½ q·Kq.
 fn strain_energy(body: &ElasticBody<f64>, q: &[f64]) -> f64 {
@@ -190,7 +188,8 @@ fn plane_strain(published: &Published) {
         ..Activation::new(ActivationRule::MoreauJean)
     };
     let settings = Settings { activation, allow_unproved_theta: true, ..Settings::new(0.5, 1e-4) };
-    let mut scheme = ThetaScheme::new(Box::new(block), vec![law], solver, settings, 0.0, q, v).expect("a scheme");
+    let mut scheme =
+        ThetaScheme::new(Box::new(block), vec![law], solver, settings, 0.0, q, v).expect("a scheme");
     let got = aggregates(&mut scheme, 10_000);
     println!("{}: {got:?}", published.law);
     // The digits printed, at most 1e-6; a run whose gaps differ in the sign of one rounding leaves them from there on.
@@ -275,8 +274,9 @@ fn the_work_of_moving_supports_closes_the_balance() {
         let law = laws::build::<f64, 2>("newton", &[0.0, 0.3]).expect("a law");
         let solver = solver::build("hybrid", Stopping::to(1e-12)).expect("a solver");
         let settings = Settings { allow_unproved_theta: true, ..Settings::new(theta, 1e-3) };
-        let mut scheme = ThetaScheme::new(Box::new(body), vec![law], solver, settings, 0.0, vec![0.0; n], vec![0.0; n])
-            .expect("a scheme");
+        let mut scheme =
+            ThetaScheme::new(Box::new(body), vec![law], solver, settings, 0.0, vec![0.0; n], vec![0.0; n])
+                .expect("a scheme");
         let (mut moved, mut largest): (f64, f64) = (0.0, 0.0);
         for _ in 0..steps {
             let step = scheme.step().expect("a step");

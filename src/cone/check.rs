@@ -90,7 +90,7 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
     /// [`NegativeFriction`](ProblemError::NegativeFriction), [`Column`](ProblemError::Column),
     /// [`NoMobility`](ProblemError::NoMobility).
     pub fn check(&self) -> Result<(), ProblemError> {
-        const { assert!(1 <= D && D <= 3, "the contact dimension is 1, 2 or 3") };
+        const { assert!(matches!(D, 1 | 2 | 3 | 6), "the contact dimension is 1, 2, 3 or 6") };
         let rows = self.delassus().contacts();
         if rows != self.b().len() || rows != self.friction().len() {
             return Err(ProblemError::Sizes { rows, b: self.b().len(), friction: self.friction().len() });

@@ -2,7 +2,9 @@
 
 use nalgebra::SVector;
 
-use super::coulomb::{StatusCount, de_saxce, largest_eigenvalue, natural_map, status};
+use super::cones::{de_saxce, natural_map};
+use super::spectrum::largest_eigenvalue;
+use super::status::{StatusCount, status};
 use super::precise::Bodies;
 use super::{BlockMatrix, Delassus, FactoredDelassus, Form, ProblemError, Workspace, one_contact};
 use crate::scalar::{Scalar, lit, to_f64};

@@ -56,6 +56,7 @@ mod islands;
 mod joints;
 mod kept;
 mod lasting;
+mod memory;
 mod nonlinear;
 mod passes;
 mod positions;

@@ -190,12 +190,13 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         for (i, contact) in self.next.contacts.iter().enumerate() {
             let gap = self.lasting.as_ref().map_or_else(T::zero, |lasting| lasting.entries[i].gap);
             let approach = Approach::impact(contact.before, contact.theta);
-            let approach = approach.with_gap(gap, self.settings.step, contact.lasting);
+            let memory = self.memories.of(contact.id, contact.interface);
+            let approach = approach.with_gap(gap, self.settings.step, contact.lasting).with_memory(memory);
             let free = self.jacobian.velocity(i, &self.next.v_free);
             match pose(&*self.laws[contact.interface], &approach, &free) {
-                Ok((shifted, mu)) => {
+                Ok((shifted, cone)) => {
                     b.push(shifted);
-                    friction.push(mu);
+                    friction.push(cone.friction());
                 }
                 Err(source) => {
                     let (step, time) = self.place();
@@ -345,6 +346,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         if let Some(lasting) = &mut self.lasting {
             lasting.accept(&next.contacts, self.settings.step);
         }
+        self.memories.accept(&self.laws, &next.contacts, self.settings.step);
         self.last_length = self.settings.step;
         state.index += 1;
         state.time = self.clock.at(state.index, self.settings.step);

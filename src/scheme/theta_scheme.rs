@@ -9,6 +9,7 @@ use super::islands::Islands;
 use super::joints::Bilateral;
 use super::kept::{Kept, constant_rows};
 use super::lasting::Lasting;
+use super::memory::Memories;
 use super::nonlinear::Nonlinear;
 use super::record::Next;
 use super::rest::Rest;
@@ -19,7 +20,7 @@ use super::variable::Lengths;
 use super::velocity::Form;
 use super::{ContactStep, Settings, SetupError, State, Step};
 use crate::cone::ConeProblem;
-use crate::contact::Candidate;
+use crate::contact::{Candidate, ContactId};
 use crate::energy::{Balance, Energies};
 use crate::laws::ContactLaw;
 use crate::linalg::{BlockRows, Factor, dot};
@@ -51,6 +52,7 @@ pub struct ThetaScheme<T: Scalar, const D: usize> {
     pub(super) joints: Bilateral<T>,
     pub(super) crossed: Crossed<T, D>,
     pub(super) lasting: Option<Lasting<T>>,
+    pub(super) memories: Memories<T>,
     /// Length (m) that scales the tolerance of the joints, and speed (m/s) of the differences of a nonlinear system.
     pub(super) scales: Scales<T>,
     pub(super) nonlinear: Option<Box<Nonlinear<T>>>,
@@ -137,6 +139,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         let rest = settings.sleep.then(|| Rest::new(&*system, settings.step, solver.stopping().tolerance));
         let rest = rest.flatten();
         let lasting = Lasting::new(&*system, &laws, &settings, &q);
+        let memories = Memories::new(&laws);
         let joints = Bilateral::new(&*system, &q, settings.joint_tolerance);
         Ok(Self {
             system,
@@ -155,6 +158,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             joints,
             crossed: Crossed::new(q.len(), n),
             lasting,
+            memories,
             scales,
             nonlinear,
             passes: 0,
@@ -216,6 +220,14 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
     /// nonlinear terms.
     pub fn passes(&self) -> usize {
         self.passes + 1
+    }
+
+    /// What the law of interface `interface` remembers of a contact.
+    ///
+    /// # Panics
+    /// If there is no such interface.
+    pub fn memory(&self, contact: ContactId, interface: usize) -> &[T] {
+        self.memories.of(contact, interface)
     }
 
     /// The cone problem of the last step tried.

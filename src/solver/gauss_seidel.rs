@@ -12,7 +12,7 @@ use crate::scalar::Scalar;
 pub(super) struct GaussSeidel<T: Scalar, const D: usize> {
     /// λ_max(W_αα), one per contact.
     sizes: Vec<T>,
-    contacts: OneContactSolvers<T>,
+    contacts: OneContactSolvers<T, D>,
     workspace: Workspace<T>,
     /// W of a problem in factored form whose M̂ is coupled.
     formed: BlockMatrix<T, D>,
@@ -81,7 +81,7 @@ impl<T: Scalar, const D: usize> GaussSeidel<T, D> {
         for (i, &mu) in problem.friction().iter().enumerate() {
             let block = problem.diagonal(i);
             self.sizes.push(largest_eigenvalue(block));
-            self.contacts.push(block, mu);
+            self.contacts.push(block, mu.into());
         }
         if problem.factors().is_some_and(|factors| factors.weighted().is_none()) {
             problem.delassus().form_in(&mut self.formed);
@@ -131,7 +131,7 @@ fn run<T: Scalar, const D: usize>(
     problem: &ConeProblem<T, D>,
     r: &mut [SVector<T, D>],
     reverse: bool,
-    contacts: &mut OneContactSolvers<T>,
+    contacts: &mut OneContactSolvers<T, D>,
 ) -> T {
     let (b, m) = (problem.b(), r.len());
     let mut total = T::zero();

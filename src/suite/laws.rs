@@ -202,7 +202,7 @@ type Works = Result<(Vec<f64>, f64), SolveError>;
 fn works<const D: usize>(
     system: &RandomSystem<D>,
     laws: &[Box<dyn ContactLaw<f64, D>>],
-    ask: impl Fn(usize, SVector<f64, D>) -> Approach<f64, D>,
+    ask: impl Fn(usize, SVector<f64, D>) -> Approach<'static, f64, D>,
     solver: &mut dyn ConeSolver<f64, D>,
 ) -> Result<Works, TestCaseError> {
     let before = system.local_before();
@@ -210,9 +210,9 @@ fn works<const D: usize>(
     for (i, (law, &u)) in laws.iter().zip(&before).enumerate() {
         let approach = ask(i, u);
         let posed = pose(&**law, &approach, &SVector::zeros());
-        let (shift, mu) = posed.map_err(|error| TestCaseError::fail(error.to_string()))?;
+        let (shift, cone) = posed.map_err(|error| TestCaseError::fail(error.to_string()))?;
         shifts.push(shift);
-        friction.push(mu);
+        friction.push(cone.friction());
         thetas.push(approach.theta);
     }
     let problem = system.problem(&shifts, friction);

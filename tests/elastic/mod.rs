@@ -7,12 +7,9 @@ use nonsmooth::laws::{self, ContactLaw};
 use nonsmooth::mesh::{Mesh, Pattern, rectangle};
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, ThetaScheme};
 use nonsmooth::solver::{self, ConeSolver, Stopping};
-use nonsmooth::system::{
-    Axis, ElasticBody, Hypothesis, MassForm, Material, System, Signal, Support,
-};
+use nonsmooth::system::{Axis, ElasticBody, Hypothesis, MassForm, Material, Signal, Support, System};
 
-pub(crate) type Scheme<const D: usize> =
-    ThetaScheme<f64, D>;
+pub(crate) type Scheme<const D: usize> = ThetaScheme<f64, D>;
 
 /// Names of the groups of the authors' mesh.
 pub(crate) const CONTACT: &str = "Contact BC";

@@ -1,7 +1,7 @@
 //! Statics by dynamics: top-heavy stacks, the hyperstatic block, the hanging chain.
 
 use nonsmooth::scalar::{Scalar, lit, to_f64};
-use nonsmooth::system::{Body, System, RigidBodies};
+use nonsmooth::system::{Body, RigidBodies, System};
 
 use super::support::{
     Case, Choice, Law, Outcome, Scheme, drive, fastest, law, numbers, scheme, scheme_of, solver,

@@ -6,7 +6,7 @@ use nonsmooth::laws::{self, ContactLaw};
 use nonsmooth::scalar::{Scalar, lit, to_f64};
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, ThetaScheme};
 use nonsmooth::solver::{self, ConeSolver, Stopping};
-use nonsmooth::system::{System, RigidBodies};
+use nonsmooth::system::{RigidBodies, System};
 
 /// A law and a solver by their registered names, and how much to do.
 #[derive(Debug, Clone, Copy)]
@@ -148,7 +148,8 @@ pub(crate) fn scheme_of<T: Scalar, const D: usize, S: System<T, D>>(
     let activation =
         Activation { gap_tolerance: gap_tolerance.map(lit), ..Activation::new(ActivationRule::PredictedGap) };
     let settings = Settings { activation, sleep, ..Settings::new(lit(theta), lit(h)) };
-    ThetaScheme::new(Box::new(system), laws, solver, settings, lit(0.0), q, v).map_err(|error| error.to_string())
+    ThetaScheme::new(Box::new(system), laws, solver, settings, lit(0.0), q, v)
+        .map_err(|error| error.to_string())
 }
 
 /// Makes `steps` steps, calls `after` with the scheme after each, and counts.
