@@ -155,7 +155,7 @@ fn growth() {
         });
         println!(
             "{size:>7} {unknowns:>9} {:>9} {:>12.1} {time:>10.2} {:>9.1} {entries:>12} {memory:>10.2} {:>10.1} {setup:>11.2}",
-            scheme.system().contact_count(),
+            scheme.system().geometry().map_or(0, |geometry| geometry.contact_count()),
             best[0] * 1e6,
             best[1] * 1e6,
             entries as f64 * 8.0 / 1024.0 / 1024.0,

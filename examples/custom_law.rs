@@ -73,8 +73,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let law = SpeedDependent { half_speed: 1.0, friction: 0.3 };
     let solver = solver::build::<f64, 2>(solver::DEFAULT, Stopping::default())?;
     let (q, v) = (vec![0.0, 1.1, 0.0], vec![1.0, 0.0, 0.0]);
-    let mut scheme =
-        ThetaScheme::new(Box::new(scene.build()?), vec![law], solver, Settings::new(0.5, 1e-4), 0.0, q, v)?;
+    let mut scheme = ThetaScheme::new(
+        Box::new(scene.build()?),
+        vec![Box::new(law)],
+        solver,
+        Settings::new(0.5, 1e-4),
+        0.0,
+        q,
+        v,
+    )?;
     println!("{:>8}  {:>9}  {:>9}  {:>5}  {:>11}", "t (s)", "u_N- (m/s)", "u_N+ (m/s)", "e", "work (J)");
     while scheme.state().time < 1.5 {
         let step = scheme.step()?.clone();

@@ -6,7 +6,7 @@ use nonsmooth::laws::{self, Approach, ContactLaw, Fremond, LawError, NewtonCoulo
 use nonsmooth::linalg::{FactorError, OperatorError, Symmetric};
 use nonsmooth::scheme::{Activation, Settings, SetupError, StepError, ThetaScheme};
 use nonsmooth::solver::{self, ConeSolver, SOLVERS, SolveError, Stopping, StoppingError, UnknownSolver};
-use nonsmooth::system::{Body, Forces, Lagrangian, RigidBodies, Signal, SmoothGap, System, SystemError};
+use nonsmooth::system::{Body, Dynamics, Forces, Lagrangian, RigidBodies, Signal, SmoothGap, SystemError};
 
 const NOT_FINITE: [f64; 3] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
 
@@ -194,7 +194,7 @@ fn scheme(
     v: &[f64],
 ) -> Result<Scheme, SetupError> {
     let solver = solver::build("nsgs", Stopping::default()).expect("registered");
-    ThetaScheme::new(Box::new(system), vec![law()], solver, settings, 0.0, q.to_vec(), v.to_vec())
+    ThetaScheme::new(Box::new(system), vec![Box::new(law())], solver, settings, 0.0, q.to_vec(), v.to_vec())
 }
 
 fn settings() -> Settings<f64> {
@@ -242,7 +242,7 @@ fn the_scheme_refuses_states_and_sizes_that_are_wrong() {
     let error = scheme(particle(|q| q[0]), settings(), &[0.0; 2], &[1e200, 0.0]).expect_err("energy");
     assert!(matches!(error, SetupError::Energy { .. }), "{error}");
     let solver = solver::build::<f64, 2>("nsgs", Stopping::default()).expect("registered");
-    let none: Vec<Fremond<f64>> = Vec::new();
+    let none = Vec::new();
     let error = ThetaScheme::new(
         Box::new(particle(|q| q[0])),
         none,
@@ -388,7 +388,7 @@ fn a_law_of_the_user_that_gives_no_problem_is_refused() {
         let solver = solver::build::<f64, 2>("nsgs", Stopping::default()).expect("registered");
         ThetaScheme::new(
             Box::new(particle(|q| q[0])),
-            vec![law],
+            vec![Box::new(law)],
             solver,
             settings(),
             0.0,
@@ -429,7 +429,7 @@ fn springs_dampers_and_loads_refuse_numbers_out_of_range() {
     }
     // What was refused left nothing behind.
     let system = builder.build().expect("a body");
-    assert!(System::<f64, 1>::stiffness(&system).is_none());
-    assert!(System::<f64, 1>::damping(&system).is_none());
-    assert!(!System::<f64, 1>::forces(&system).varies());
+    assert!(Dynamics::stiffness(&system).is_none());
+    assert!(Dynamics::damping(&system).is_none());
+    assert!(!Dynamics::forces(&system).varies());
 }

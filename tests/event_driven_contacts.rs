@@ -13,7 +13,7 @@ use motion::{balances, close, hybrid, law, motion, rounding, state};
 use nonsmooth::event_driven::{Settings, integrate};
 use nonsmooth::scheme::ThetaScheme;
 use nonsmooth::solver::Stopping;
-use nonsmooth::system::{Body, RigidBodies, Signal, System, polygon_body};
+use nonsmooth::system::{Body, Contacts, RigidBodies, Signal, polygon_body};
 use random_lagrangian::{RandomLagrangian, Storage};
 use regression::{log_spaced, order};
 use stream::Stream;
@@ -104,7 +104,7 @@ fn discs_in_a_box_stay_apart_and_lose_energy_until_they_rest_or_roll() {
             let time = 1e-3 * f64::from(i);
             let (q, _) = state(&motion, time);
             let mut candidates = Vec::new();
-            System::<f64, 2>::candidates(&mut system, &q, f64::INFINITY, &mut candidates);
+            Contacts::<f64, 2>::candidates(&mut system, &q, f64::INFINITY, &mut candidates);
             let least = candidates.iter().map(|candidate| candidate.gap).fold(f64::INFINITY, f64::min);
             // Contacts close to the rounding of q, and what rests is brought back to its surface by it.
             assert!(least > -1e-13, "seed {seed}: a gap of {least:e} at {time}");

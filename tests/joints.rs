@@ -7,21 +7,21 @@ mod double_pendulum;
 use double_pendulum::{DoublePendulum, RATES, START};
 use nonsmooth::laws::{self, ContactLaw};
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, SetupError, StepError, ThetaScheme};
-use nonsmooth::solver::{self, ConeSolver, SOLVERS, SolveError, Stopping};
+use nonsmooth::solver::{self, SOLVERS, SolveError, Stopping};
 use nonsmooth::system::{
-    Body, BodyId, NonlinearLagrangian, RigidBodies, RigidBodiesBuilder, System, SystemError, polygon_body,
+    Body, BodyId, Joints, NonlinearLagrangian, RigidBodies, RigidBodiesBuilder, System, SystemError,
+    polygon_body,
 };
 
-type Law = Box<dyn ContactLaw<f64, 2>>;
-type Scheme<S = RigidBodies<f64>> = ThetaScheme<f64, 2>;
+type Scheme = ThetaScheme<f64, 2>;
 
-fn scheme<S: System<f64, 2>>(
+fn scheme<S: System<f64, 2> + 'static>(
     system: S,
     (law, e, mu): (&str, f64, f64),
     solver: &str,
     (theta, h): (f64, f64),
     (q, v): (Vec<f64>, Vec<f64>),
-) -> Result<Scheme<S>, SetupError> {
+) -> Result<Scheme, SetupError> {
     let laws = (0..system.interfaces()).map(|_| laws::build(law, &[e, mu]).expect("registered")).collect();
     let solver = solver::build(solver, Stopping::to(1e-12)).expect("registered");
     let activation = Activation::new(ActivationRule::PredictedGap);
@@ -63,8 +63,8 @@ fn rods(q: [f64; 2], v: [f64; 2]) -> (Vec<f64>, Vec<f64>) {
 }
 
 fn opening(scheme: &Scheme) -> f64 {
-    let mut open = vec![0.0; System::<f64, 2>::joint_rows(scheme.system())];
-    System::<f64, 2>::joint_residual(scheme.system(), &scheme.state().q, &mut open);
+    let mut open = vec![0.0; scheme.system().joints().map_or(0, Joints::rows)];
+    scheme.system().joints().expect("joints").residual(&scheme.state().q, &mut open);
     open.iter().fold(0.0, |most, x| f64::max(most, x.abs()))
 }
 

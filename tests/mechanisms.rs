@@ -4,7 +4,7 @@ use nonsmooth::adaptive::{Adaptive, AdaptiveError, AdaptiveSettings};
 use nonsmooth::laws::{self, ContactLaw};
 use nonsmooth::scheme::{Settings, SetupError, ThetaScheme};
 use nonsmooth::solver::{self, ConeSolver, Stopping};
-use nonsmooth::system::{Body, BodyId, RigidBodies, RigidBodiesBuilder, System};
+use nonsmooth::system::{Body, BodyId, Contacts, Joints, RigidBodies, RigidBodiesBuilder};
 
 type Scheme = ThetaScheme<f64, 2>;
 
@@ -82,7 +82,7 @@ impl Rods {
             self.builder.interface(self.group, group).expect("two groups");
         }
         let system = self.builder.build().expect("bodies");
-        let interfaces = System::<f64, 2>::interfaces(&system);
+        let interfaces = Contacts::<f64, 2>::interfaces(&system);
         let laws =
             (0..interfaces).map(|_| laws::build(law.0, &[law.1, law.2]).expect("registered")).collect();
         let solver = solver::build("hybrid", Stopping::default()).expect("registered");
@@ -91,8 +91,8 @@ impl Rods {
 }
 
 fn opening(scheme: &Scheme) -> f64 {
-    let mut open = vec![0.0; System::<f64, 2>::joint_rows(scheme.system())];
-    System::<f64, 2>::joint_residual(scheme.system(), &scheme.state().q, &mut open);
+    let mut open = vec![0.0; scheme.system().joints().map_or(0, Joints::rows)];
+    scheme.system().joints().expect("joints").residual(&scheme.state().q, &mut open);
     open.iter().fold(0.0, |most, x| f64::max(most, x.abs()))
 }
 

@@ -8,10 +8,8 @@ use std::ops::ControlFlow;
 
 use motion::{close, hybrid, law};
 use nonsmooth::adaptive::{Adaptive, AdaptiveSettings};
-use nonsmooth::laws::ContactLaw;
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, ThetaScheme};
-use nonsmooth::solver::ConeSolver;
-use nonsmooth::system::{Body, BodyId, RigidBodies, RigidBodiesBuilder, System};
+use nonsmooth::system::{Body, BodyId, Contacts, RigidBodies, RigidBodiesBuilder};
 
 type Scheme = ThetaScheme<f64, 2>;
 
@@ -230,10 +228,10 @@ fn what_moves_less_than_others_are_thick_is_left_to_the_ordinary_candidates() {
     let v: Vec<f64> =
         (0..n).map(|i| if i % 3 == 0 { speed * f64::powi(-1.0, i as i32) } else { 0.0 }).collect();
     let mut out = Vec::new();
-    System::<f64, 2>::candidates(&mut system, &q, 0.1, &mut out);
+    Contacts::<f64, 2>::candidates(&mut system, &q, 0.1, &mut out);
     let (before, mut times) = (out.clone(), Vec::new());
     let mut sweep = |v: &[f64], out: &mut Vec<_>, times: &mut Vec<_>| {
-        System::<f64, 2>::swept_candidates(&mut system, &q, (STEP, v), &[], out, times);
+        Contacts::<f64, 2>::swept_candidates(&mut system, &q, (STEP, v), &[], out, times);
     };
     sweep(&v, &mut out, &mut times);
     assert!(!before.is_empty() && times.is_empty() && out == before, "{times:?}");

@@ -2,10 +2,9 @@
 
 use nonsmooth::laws::{self, ContactLaw};
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, SetupError, ThetaScheme};
-use nonsmooth::solver::{self, ConeSolver, Stopping};
-use nonsmooth::system::{Body, RigidBodies, polygon_body};
+use nonsmooth::solver::{self, Stopping};
+use nonsmooth::system::{Body, Describe, RigidBodies, polygon_body};
 
-type Law = Box<dyn ContactLaw<f64, 2>>;
 type Scheme = ThetaScheme<f64, 2>;
 
 const STACKS: usize = 5;
@@ -86,7 +85,7 @@ fn what_sleeps_stands_as_if_it_were_computed_and_wakes_when_touched() {
     assert!(apart <= 1e-10, "{apart:e}");
     for stack in 1..STACKS {
         let held = asleep.last_step().contacts.iter().filter(|contact| {
-            let label = nonsmooth::system::System::<f64, 2>::contact_label(asleep.system(), contact.id);
+            let label = Describe::contact_label(asleep.system(), contact.id);
             label.starts_with(&format!("square {stack} at 0.5")) && label.ends_with("floor")
         });
         let weight = held.map(|contact| contact.percussion[0] / 1e-3).sum::<f64>();

@@ -9,11 +9,12 @@
 //! | [`Joints`] | bilateral rows | systems with joints |
 //! | [`Describe`] | names and meshes | outputs alone |
 //!
-//! What implements the first two and the last is a [`System`].
+//! What implements the first two and the last is a [`System`]; an [`Assembly`] of several is one.
 //!
 //! A configuration q is no velocity: where q has more components than v (quaternions), or another geometry,
 //! [`Dynamics::advance`] says what q ⊕ s is, and it is the one place where q moves.
 
+mod assembly;
 mod elastic;
 mod forces;
 mod gaps;
@@ -26,6 +27,7 @@ mod signal;
 use std::fmt::Debug;
 use std::sync::Arc;
 
+pub use assembly::{Assembly, AssemblyError};
 pub use elastic::{
     Axis, ElasticBody, ElasticBodyBuilder, ElasticError, Geometry, Hypothesis, MassForm, Material,
     PreloadError, Support,
@@ -240,6 +242,12 @@ pub trait Describe<T: Scalar> {
     /// Name of a contact.
     fn contact_label(&self, contact: ContactId) -> String {
         contact.number().to_string()
+    }
+
+    /// Outlines of the bodies in configuration q, as points (m) in the fixed frame, closed ones with the first point repeated:
+    /// for figures. A disc has `sides` sides, a point is a single point.
+    fn outlines(&self, _q: &[T], _sides: usize) -> Vec<Vec<[T; 2]>> {
+        Vec::new()
     }
 
     /// Mesh and numbering of an elastic body.

@@ -25,7 +25,7 @@ pub(crate) fn hybrid<const D: usize>() -> Box<dyn ConeSolver<f64, D>> {
 
 /// The motion of a system with one law, from time 0.
 pub(crate) fn motion<const D: usize>(
-    system: impl System<f64, D>,
+    system: impl System<f64, D> + 'static,
     law: Box<dyn ContactLaw<f64, D>>,
     (q, v): (&[f64], &[f64]),
     end: f64,

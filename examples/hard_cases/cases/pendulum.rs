@@ -1,7 +1,5 @@
 //! Kane's double pendulum through many impacts, as a nonlinear Lagrangian system.
 
-use nonsmooth::system::NonlinearLagrangian;
-
 use super::double_pendulum::{RATES, START, pendulum};
 use super::support::{Case, Choice, Outcome, Scheme, drive, scheme};
 
@@ -15,7 +13,7 @@ pub(crate) const CASES: &[Case] = &[Case {
     runs: &[("f64", kane)],
 }];
 
-type Pendulum = Scheme<f64, 2, NonlinearLagrangian<f64, 2>>;
+type Pendulum = Scheme<f64, 2>;
 
 fn start(choice: &Choice<'_>, e: f64, h: f64) -> Result<Pendulum, String> {
     let q = START.map(f64::to_radians).to_vec();

@@ -1,7 +1,7 @@
 //! Statics by dynamics: top-heavy stacks, the hyperstatic block, the hanging chain.
 
 use nonsmooth::scalar::{Scalar, lit, to_f64};
-use nonsmooth::system::{Body, RigidBodies, System};
+use nonsmooth::system::{Body, Describe, RigidBodies};
 
 use super::support::{
     Case, Choice, Law, Outcome, Scheme, drive, fastest, law, numbers, scheme, scheme_of, solver,
@@ -150,7 +150,7 @@ trait Face {
 
 impl Face for Scheme<f64, 2> {
     fn face(&self, id: nonsmooth::contact::ContactId) -> usize {
-        let label = System::<f64, 2>::contact_label(self.system(), id);
+        let label = Describe::contact_label(self.system(), id);
         let number = |side: &str| {
             let name = side.split('/').next().unwrap_or_default();
             name.strip_prefix("block ").and_then(|n| n.parse::<usize>().ok())

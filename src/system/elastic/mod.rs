@@ -95,6 +95,11 @@ impl<T: Scalar> Geometry<T> {
         [axis(0), axis(1)]
     }
 
+    /// Number of nodes that may touch an obstacle, counted once per obstacle.
+    pub fn contact_count(&self) -> usize {
+        self.contacts.len()
+    }
+
     fn gap(&self, contact: &ContactNode, q: &[T]) -> T {
         let obstacle = &self.obstacles[contact.obstacle];
         let at = self.mesh.nodes()[contact.node].position.map(lit::<T>);
@@ -156,11 +161,6 @@ impl<T: Scalar> ElasticBody<T> {
     /// Mesh and numbering, shared with outputs.
     pub fn geometry(&self) -> &Arc<Geometry<T>> {
         &self.geometry
-    }
-
-    /// Number of nodes that may touch an obstacle, counted once per obstacle.
-    pub fn contact_count(&self) -> usize {
-        self.geometry.contacts.len()
     }
 
     /// Total mass (kg).

@@ -78,28 +78,6 @@ impl<T: Scalar> RigidBodies<T> {
         RigidBodiesBuilder::default()
     }
 
-    /// Closed outlines of the contactors in configuration q, as points (m) in the fixed frame, the first repeated at the
-    /// end: for figures. A disc has `sides` sides, a point is a single point.
-    pub fn outlines(&self, q: &[T], sides: usize) -> Vec<Vec<[T; 2]>> {
-        let outline = |contactor: &Contactor<T>| -> Vec<[T; 2]> {
-            let pose = Pose::of(contactor.body, q);
-            let mut points: Vec<[T; 2]> = match contactor.polygon() {
-                Some(polygon) => polygon.vertices.iter().map(|x| pose.place(x).into()).collect(),
-                None if contactor.radius == T::zero() => return vec![contactor.position(q).into()],
-                None => (0..sides)
-                    .map(|i| {
-                        let angle = lit::<T>(std::f64::consts::TAU * i as f64 / sides as f64);
-                        let (sin, cos) = nalgebra::ComplexField::sin_cos(angle);
-                        pose.place(&(contactor.centre + Vector2::new(cos, sin) * contactor.radius)).into()
-                    })
-                    .collect(),
-            };
-            points.extend(points.first().copied());
-            points
-        };
-        self.contactors.iter().map(outline).collect()
-    }
-
     /// Candidates with half-planes of the bodies that do not sleep; `asleep` is empty where none does.
     fn plane_candidates(&self, q: &[T], reach: T, asleep: &[bool], out: &mut Vec<Candidate<T>>) {
         for (i, contactor) in self.contactors.iter().enumerate() {
@@ -391,6 +369,26 @@ impl<T: Scalar, const D: usize> Contacts<T, D> for RigidBodies<T> {
 }
 
 impl<T: Scalar> Describe<T> for RigidBodies<T> {
+    fn outlines(&self, q: &[T], sides: usize) -> Vec<Vec<[T; 2]>> {
+        let outline = |contactor: &Contactor<T>| -> Vec<[T; 2]> {
+            let pose = Pose::of(contactor.body, q);
+            let mut points: Vec<[T; 2]> = match contactor.polygon() {
+                Some(polygon) => polygon.vertices.iter().map(|x| pose.place(x).into()).collect(),
+                None if contactor.radius == T::zero() => return vec![contactor.position(q).into()],
+                None => (0..sides)
+                    .map(|i| {
+                        let angle = lit::<T>(std::f64::consts::TAU * i as f64 / sides as f64);
+                        let (sin, cos) = nalgebra::ComplexField::sin_cos(angle);
+                        pose.place(&(contactor.centre + Vector2::new(cos, sin) * contactor.radius)).into()
+                    })
+                    .collect(),
+            };
+            points.extend(points.first().copied());
+            points
+        };
+        self.contactors.iter().map(outline).collect()
+    }
+
     fn dof_label(&self, dof: usize) -> String {
         format!("{}.{}", self.labels[dof / 3], ["x", "y", "angle"][dof % 3])
     }
