@@ -179,10 +179,10 @@ fn one_contact_takes_off_sticks_or_slides_as_its_file_says() {
 }
 
 fn status_of_one<const D: usize>(cone: &ConeProblem<f64, D>) -> Status {
-    let r = solve_one_contact(cone.diagonal(0), &cone.b()[0], cone.friction()[0]);
+    let r = solve_one_contact(cone.diagonal(0), &cone.b()[0], cone.cones()[0]);
     // The exact solution of one contact: nothing but rounding is left.
     assert!(cone.residual(&[r]).scaled <= 64.0 * f64::EPSILON);
-    status(&r, cone.friction()[0], 64.0 * f64::EPSILON)
+    status(&r, cone.cones()[0], 64.0 * f64::EPSILON)
 }
 
 /// A planar bead on a rod along x (a bilateral constraint on z): what the joint carries must not reach W.

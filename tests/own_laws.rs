@@ -158,7 +158,8 @@ fn restitution_that_falls_with_every_impact_does_so_through_flights_and_resumed_
     let bounce = |scheme: &mut ThetaScheme<f64, 2>, seen: &mut Vec<f64>, steps: usize| {
         for _ in 0..steps {
             let step = scheme.step().expect("a step");
-            let impacts = step.contacts.iter().filter(|contact| !contact.lasting && contact.percussion[0] > 0.0);
+            let impacts =
+                step.contacts.iter().filter(|contact| !contact.lasting && contact.percussion[0] > 0.0);
             seen.extend(impacts.map(|contact| -contact.after[0] / contact.before[0]));
         }
     };

@@ -76,6 +76,30 @@ impl<T: Scalar> Cone<T> {
         }
     }
 
+    /// The cone in another arithmetic.
+    pub fn cast<U: Scalar>(&self) -> Cone<U> {
+        let cast = |x: T| nalgebra::convert::<f64, U>(x.to_f64().unwrap_or(f64::NAN));
+        match *self {
+            Self::Coulomb { friction } => Cone::Coulomb { friction: cast(friction) },
+            Self::Rolling { friction, rolling, spinning } => {
+                Cone::Rolling { friction: cast(friction), rolling: cast(rolling), spinning: cast(spinning) }
+            }
+        }
+    }
+
+    /// The cone with all coefficients times `factor`.
+    #[inline]
+    pub fn scaled(self, factor: T) -> Self {
+        match self {
+            Self::Coulomb { friction } => Self::Coulomb { friction: friction * factor },
+            Self::Rolling { friction, rolling, spinning } => Self::Rolling {
+                friction: friction * factor,
+                rolling: rolling * factor,
+                spinning: spinning * factor,
+            },
+        }
+    }
+
     /// The cone of a contact that has these rows: moments are free of resistance where the law names none, and left out
     /// where there are no rows for them.
     #[inline]

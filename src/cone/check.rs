@@ -8,15 +8,15 @@ use crate::scalar::{Scalar, all_finite, epsilon, lit, to_f64};
 /// Why (W, b, μ) is not a cone problem.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ProblemError {
-    /// W, b and μ do not have the same number of contacts.
-    #[error("sizes differ: W has {rows} block rows, b {b} blocks, μ {friction} values")]
+    /// W, b and the cones do not have the same number of contacts.
+    #[error("sizes differ: W has {rows} block rows, b {b} blocks, there are {cones} cones")]
     Sizes {
         /// Block rows of W.
         rows: usize,
         /// Blocks of b.
         b: usize,
-        /// Coefficients of friction.
-        friction: usize,
+        /// Cones.
+        cones: usize,
     },
     /// A NaN or an infinity.
     #[error("{what} of contact {contact} is not finite")]
@@ -26,7 +26,7 @@ pub enum ProblemError {
         /// Index of the contact.
         contact: usize,
     },
-    /// μ < 0.
+    /// μ < 0, or another coefficient of the cone.
     #[error("the coefficient of friction of contact {contact} is {value}, it must be ≥ 0")]
     NegativeFriction {
         /// Index of the contact.
@@ -92,8 +92,8 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
     pub fn check(&self) -> Result<(), ProblemError> {
         const { assert!(matches!(D, 1 | 2 | 3 | 6), "the contact dimension is 1, 2, 3 or 6") };
         let rows = self.delassus().contacts();
-        if rows != self.b().len() || rows != self.friction().len() {
-            return Err(ProblemError::Sizes { rows, b: self.b().len(), friction: self.friction().len() });
+        if rows != self.b().len() || rows != self.cones().len() {
+            return Err(ProblemError::Sizes { rows, b: self.b().len(), cones: self.cones().len() });
         }
         for contact in 0..rows {
             let mut previous = None;
@@ -110,12 +110,12 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
             if !all_finite(self.b()[contact].iter()) {
                 return Err(ProblemError::NotFinite { what: "b", contact });
             }
-            let mu = self.friction()[contact];
-            if !all_finite([&mu]) {
+            let coefficients = self.cones()[contact].coefficients();
+            if !all_finite(&coefficients) {
                 return Err(ProblemError::NotFinite { what: "μ", contact });
             }
-            if mu < T::zero() {
-                return Err(ProblemError::NegativeFriction { contact, value: to_f64(mu) });
+            if let Some(&value) = coefficients.iter().find(|&&c| c < T::zero()) {
+                return Err(ProblemError::NegativeFriction { contact, value: to_f64(value) });
             }
             let normal = self.delassus().diagonal(contact).map_or(T::zero(), |block| block[(0, 0)]);
             if normal <= T::zero() {

@@ -23,15 +23,15 @@ mod spectrum;
 mod status;
 mod workspace;
 
+pub use crate::laws::Cone;
 pub use block_matrix::BlockMatrix;
 pub use check::{DEFINITENESS_TOLERANCE, ProblemError, SPECTRUM_LIMIT, SYMMETRY_TOLERANCE};
 pub use cones::{contains, de_saxce, dual_gauge, natural_map, project};
-pub use spectrum::largest_eigenvalue;
-pub use status::{Status, StatusCount, status};
 pub use delassus::{Delassus, Form, factored_pays};
 pub use factored::{FactoredDelassus, FactoredError};
 pub(crate) use one_contact::OneContactSolvers;
 pub use one_contact::{solve_one_contact, solve_one_contact_from};
-pub use crate::laws::Cone;
 pub use problem::{ConeProblem, Residual};
+pub use spectrum::largest_eigenvalue;
+pub use status::{Status, StatusCount, status};
 pub use workspace::Workspace;

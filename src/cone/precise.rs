@@ -97,7 +97,15 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
     ///
     /// # Panics
     /// If `r` has not one block per contact.
-    pub fn precise_residual(&self, r: &[SVector<T, D>], workspace: &mut Workspace<T>) -> Residual<T> {
+    pub fn precise_residual(&self, r: &[SVector<T, D>]) -> Residual<T> {
+        self.precise_residual_in(r, &mut Workspace::default())
+    }
+
+    /// [`precise_residual`](Self::precise_residual) in a workspace that the caller keeps.
+    ///
+    /// # Panics
+    /// If `r` has not one block per contact.
+    pub fn precise_residual_in(&self, r: &[SVector<T, D>], workspace: &mut Workspace<T>) -> Residual<T> {
         assert_eq!(r.len(), self.contacts(), "one percussion per contact");
         self.measure(r, |visit| self.precise_velocities(r, workspace, visit))
     }
@@ -136,7 +144,7 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
         workspace: &mut Workspace<T>,
     ) -> bool {
         let floor = self.floor(r);
-        Self::is_near_floor(residual, floor) && self.precise_residual(r, workspace).scaled <= floor
+        Self::is_near_floor(residual, floor) && self.precise_residual_in(r, workspace).scaled <= floor
     }
 
     /// Copies the H and the reciprocals of the diagonal M̂ that W was formed of; [`parts_mut`](Self::parts_mut) forgets

@@ -1,12 +1,12 @@
-//! The cone problem (W, b, μ), checked once, and the two residuals it is judged by.
+//! The cone problem (W, b, cones), checked once, and the two residuals it is judged by.
 
 use nalgebra::SVector;
 
 use super::cones::{de_saxce, natural_map};
+use super::precise::Bodies;
 use super::spectrum::largest_eigenvalue;
 use super::status::{StatusCount, status};
-use super::precise::Bodies;
-use super::{BlockMatrix, Delassus, FactoredDelassus, Form, ProblemError, Workspace, one_contact};
+use super::{BlockMatrix, Cone, Delassus, FactoredDelassus, Form, ProblemError, Workspace, one_contact};
 use crate::scalar::{Scalar, lit, to_f64};
 
 /// Find r with w = W r + b and K* ∋ Φ(w) ⟂ r ∈ K, for contacts of dimension D.
@@ -19,7 +19,7 @@ pub struct ConeProblem<T: Scalar, const D: usize> {
     /// H and a diagonal M̂ beside a formed W, for products that cancel.
     pub(super) bodies: Bodies<T, D>,
     b: Vec<SVector<T, D>>,
-    friction: Vec<T>,
+    cones: Vec<Cone<T>>,
 }
 
 /// Distance of a candidate r from a solution, in the two norms in use.
@@ -33,9 +33,13 @@ pub struct Residual<T> {
     pub scaled: T,
 }
 
+fn into_cones<T>(cones: Vec<impl Into<Cone<T>>>) -> Vec<Cone<T>> {
+    cones.into_iter().map(Into::into).collect()
+}
+
 impl<T: Scalar, const D: usize> Default for ConeProblem<T, D> {
     fn default() -> Self {
-        Self { delassus: Delassus::default(), bodies: Bodies::default(), b: Vec::new(), friction: Vec::new() }
+        Self { delassus: Delassus::default(), bodies: Bodies::default(), b: Vec::new(), cones: Vec::new() }
     }
 }
 
@@ -47,9 +51,9 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
     pub fn new(
         delassus: BlockMatrix<T, D>,
         b: Vec<SVector<T, D>>,
-        friction: Vec<T>,
+        cones: Vec<impl Into<Cone<T>>>,
     ) -> Result<Self, ProblemError> {
-        let problem = Self { delassus: delassus.into(), b, friction, ..Self::default() };
+        let problem = Self { delassus: delassus.into(), b, cones: into_cones(cones), ..Self::default() };
         problem.check()?;
         problem.check_symmetric_semidefinite()?;
         Ok(problem)
@@ -63,14 +67,14 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
         delassus: FactoredDelassus<T, D>,
         form: Form,
         b: Vec<SVector<T, D>>,
-        friction: Vec<T>,
+        cones: Vec<impl Into<Cone<T>>>,
     ) -> Result<Self, ProblemError> {
         let delassus = match form {
             Form::Formed => Delassus::Formed(delassus.form()),
             Form::Factored => Delassus::Factored(Box::new(delassus)),
             Form::Auto => Delassus::of_fewer_unknowns(delassus),
         };
-        let problem = Self { delassus, b, friction, ..Self::default() };
+        let problem = Self { delassus, b, cones: into_cones(cones), ..Self::default() };
         problem.check()?;
         Ok(problem)
     }
@@ -80,7 +84,7 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
         ConeProblem {
             delassus: Delassus::Formed(self.delassus.form_in(&mut BlockMatrix::new()).cast()),
             b: self.b.iter().map(|b| b.map(|x| lit(to_f64(x)))).collect(),
-            friction: self.friction.iter().map(|&x| lit(to_f64(x))).collect(),
+            cones: self.cones.iter().map(|cone| cone.cast()).collect(),
             ..ConeProblem::default()
         }
     }
@@ -106,21 +110,22 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
         &self.b
     }
 
-    /// μ, one value per contact.
-    pub fn friction(&self) -> &[T] {
-        &self.friction
+    /// The cones, one per contact.
+    #[inline]
+    pub fn cones(&self) -> &[Cone<T>] {
+        &self.cones
     }
 
     /// The parts, to refill them in place; [`check`](Self::check) tells whether they still are a problem.
     /// A problem in factored form becomes one with W formed; one that was told the bodies behind W forgets them.
-    pub fn parts_mut(&mut self) -> (&mut BlockMatrix<T, D>, &mut Vec<SVector<T, D>>, &mut Vec<T>) {
+    pub fn parts_mut(&mut self) -> (&mut BlockMatrix<T, D>, &mut Vec<SVector<T, D>>, &mut Vec<Cone<T>>) {
         self.bodies.clear();
-        (self.delassus.formed_mut(), &mut self.b, &mut self.friction)
+        (self.delassus.formed_mut(), &mut self.b, &mut self.cones)
     }
 
-    /// b and μ, to change them under the same W.
-    pub fn terms_mut(&mut self) -> (&mut [SVector<T, D>], &mut [T]) {
-        (&mut self.b, &mut self.friction)
+    /// b and the cones, to change them under the same W.
+    pub fn terms_mut(&mut self) -> (&mut [SVector<T, D>], &mut [Cone<T>]) {
+        (&mut self.b, &mut self.cones)
     }
 
     /// W_αα.
@@ -197,10 +202,10 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
     ) -> Residual<T> {
         let (mut natural, mut scaled) = (T::zero(), T::zero());
         velocities(&mut |i, w| {
-            let phi = de_saxce(&w, self.friction[i]);
-            natural += natural_map(&r[i], &phi, self.friction[i]).norm_squared();
+            let phi = de_saxce(&w, self.cones[i]);
+            natural += natural_map(&r[i], &phi, self.cones[i]).norm_squared();
             let size = largest_eigenvalue(self.diagonal(i));
-            scaled += (natural_map(&r[i], &(phi / size), self.friction[i]) * size).norm_squared();
+            scaled += (natural_map(&r[i], &(phi / size), self.cones[i]) * size).norm_squared();
         });
         let (natural, scaled) = (nalgebra::ComplexField::sqrt(natural), nalgebra::ComplexField::sqrt(scaled));
         let b = self.b_norm();
@@ -217,9 +222,9 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
     ) -> T {
         let mut sum = T::zero();
         self.velocities(r, workspace, |i, w| {
-            let (mu, size) = (self.friction[i], sizes[i]);
-            let phi = de_saxce(&w, mu);
-            sum += (natural_map(&r[i], &(phi / size), mu) * size).norm_squared();
+            let (cone, size) = (self.cones[i], sizes[i]);
+            let phi = de_saxce(&w, cone);
+            sum += (natural_map(&r[i], &(phi / size), cone) * size).norm_squared();
         });
         if sum == T::zero() { sum } else { nalgebra::ComplexField::sqrt(sum) / self.b_norm() }
     }
@@ -227,7 +232,7 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
     /// Status of every contact in the solution `r`, with the boundary of the cone taken to `tolerance`.
     pub fn count_status(&self, r: &[SVector<T, D>], tolerance: T) -> StatusCount {
         let mut count = StatusCount::default();
-        r.iter().zip(&self.friction).for_each(|(r, &mu)| count.add(status(r, mu, tolerance)));
+        r.iter().zip(&self.cones).for_each(|(r, &cone)| count.add(status(r, cone, tolerance)));
         count
     }
 
@@ -236,6 +241,6 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
     pub fn solve_contact(&self, contact: usize, r: &[SVector<T, D>]) -> SVector<T, D> {
         let block = self.diagonal(contact);
         let local = self.shifted_velocity(contact, r) - block * r[contact];
-        one_contact::solve_one_contact(block, &local, self.friction[contact])
+        one_contact::solve_one_contact(block, &local, self.cones[contact])
     }
 }

@@ -33,9 +33,8 @@ pub fn status<T: Scalar, const D: usize>(
         Shape::Disc(friction) if coulomb::holds(r, friction, tolerance) => Status::Stick,
         Shape::Disc(_) => Status::Slide,
         Shape::Blocks(coefficients) => {
-            let holds = |block: &blocks::Block<T>| {
-                block.norm(r) < block.coefficient * r[0] * (T::one() - tolerance)
-            };
+            let holds =
+                |block: &blocks::Block<T>| block.norm(r) < block.coefficient * r[0] * (T::one() - tolerance);
             let mut blocks = blocks::of::<T, D>(coefficients);
             if !blocks.next().is_some_and(|tangent| holds(&tangent)) {
                 Status::Slide

@@ -5,7 +5,7 @@ use nalgebra::{SMatrix, SVector};
 use super::bodies::factored;
 use super::condense::{bodies, condense_global, condense_local, multipliers};
 use super::{FclibError, SparseMatrix};
-use crate::cone::{BlockMatrix, ConeProblem};
+use crate::cone::{BlockMatrix, Cone as ContactCone, ConeProblem};
 
 /// An FCLIB problem as its file holds it.
 #[derive(Debug, Clone, PartialEq)]
@@ -179,7 +179,7 @@ impl Problem {
         let (w, b, friction) = problem.parts_mut();
         *w = blocks(delassus);
         b.extend(velocity.chunks_exact(D).map(SVector::from_column_slice));
-        friction.extend_from_slice(&self.friction);
+        friction.extend(self.friction.iter().copied().map(ContactCone::from));
         problem.check()?;
         Ok(problem)
     }
@@ -272,7 +272,8 @@ impl Problem {
     /// A local problem from a cone problem.
     ///
     /// # Errors
-    /// [`FclibError::Dimension`] for D = 1: the layout knows contacts in the plane and in space only.
+    /// [`FclibError::Dimension`] for D = 1 and 6, [`FclibError::Rolling`]: the layout knows Coulomb contacts in the plane and
+    /// in space only.
     pub fn from_cone<const D: usize>(problem: &ConeProblem<f64, D>, info: Info) -> Result<Self, FclibError> {
         if !(2..=3).contains(&D) {
             return Err(FclibError::Dimension { dataset: "spacedim".into(), value: D as i64 });
@@ -293,7 +294,11 @@ impl Problem {
         let velocity = problem.b().iter().flat_map(|b| b.iter().copied()).collect();
         let delassus = SparseMatrix::from_entries(rows, rows, &entries);
         let data = Data::Local(Local { delassus, velocity, bilateral: None });
-        let friction = problem.friction().to_vec();
+        let rolls = |cone: &ContactCone<f64>| !matches!(cone, ContactCone::Coulomb { .. });
+        if let Some(contact) = problem.cones().iter().position(rolls) {
+            return Err(FclibError::Rolling { contact });
+        }
+        let friction = problem.cones().iter().map(ContactCone::friction).collect();
         Ok(Self { info, dimension: D, friction, data, guesses: Vec::new(), solution: None })
     }
 }

@@ -127,17 +127,17 @@ impl<T: Scalar, const D: usize> Islands<T, D> {
         let (mut iterations, mut first, mut worst, mut rescued_by) = (0, 0, None, None);
         for &end in &self.ends {
             let island = &self.order[first..end];
-            let (w, b, friction) = self.problem.parts_mut();
+            let (w, b, cones) = self.problem.parts_mut();
             w.clear();
             b.clear();
-            friction.clear();
+            cones.clear();
             self.start.clear();
             self.older.clear();
             for &contact in island {
                 w.start_row();
                 delassus.row(contact).for_each(|(j, block)| w.push(self.place[j], *block));
                 b.push(whole.b()[contact]);
-                friction.push(whole.friction()[contact]);
+                cones.push(whole.cones()[contact]);
                 self.start.push(starts.0[contact]);
                 self.older.extend(starts.1.get(contact));
             }

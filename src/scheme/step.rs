@@ -165,7 +165,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
     }
 
     fn set_cone_problem(&mut self) -> Result<(), StepError> {
-        let (w, b, friction) = self.problem.parts_mut();
+        let (w, b, cones) = self.problem.parts_mut();
         let Self { jacobian, factor, joints, .. } = self;
         match &mut self.kept {
             Some(kept) => {
@@ -180,7 +180,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             }
         }
         b.clear();
-        friction.clear();
+        cones.clear();
         self.warm_start.clear();
         self.older_start.clear();
         // Percussions of a lasting contact grow with the step; those of an impact, made in a step of its own, do not.
@@ -196,7 +196,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             match pose(&*self.laws[contact.interface], &approach, &free) {
                 Ok((shifted, cone)) => {
                     b.push(shifted);
-                    friction.push(cone.friction());
+                    cones.push(cone);
                 }
                 Err(source) => {
                     let (step, time) = self.place();

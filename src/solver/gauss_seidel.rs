@@ -78,10 +78,10 @@ impl<T: Scalar, const D: usize> GaussSeidel<T, D> {
     pub(super) fn prepare(&mut self, problem: &ConeProblem<T, D>) {
         self.sizes.clear();
         self.contacts.clear();
-        for (i, &mu) in problem.friction().iter().enumerate() {
+        for (i, &cone) in problem.cones().iter().enumerate() {
             let block = problem.diagonal(i);
             self.sizes.push(largest_eigenvalue(block));
-            self.contacts.push(block, mu.into());
+            self.contacts.push(block, cone);
         }
         if problem.factors().is_some_and(|factors| factors.weighted().is_none()) {
             problem.delassus().form_in(&mut self.formed);

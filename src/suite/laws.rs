@@ -206,16 +206,16 @@ fn works<const D: usize>(
     solver: &mut dyn ConeSolver<f64, D>,
 ) -> Result<Works, TestCaseError> {
     let before = system.local_before();
-    let (mut shifts, mut friction, mut thetas) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut shifts, mut cones, mut thetas) = (Vec::new(), Vec::new(), Vec::new());
     for (i, (law, &u)) in laws.iter().zip(&before).enumerate() {
         let approach = ask(i, u);
         let posed = pose(&**law, &approach, &SVector::zeros());
         let (shift, cone) = posed.map_err(|error| TestCaseError::fail(error.to_string()))?;
         shifts.push(shift);
-        friction.push(cone.friction());
+        cones.push(cone);
         thetas.push(approach.theta);
     }
-    let problem = system.problem(&shifts, friction);
+    let problem = system.problem(&shifts, cones);
     let zeros = vec![SVector::zeros(); laws.len()];
     let mut p = zeros.clone();
     if let Err(error) = solver.solve(&problem, &zeros, &mut p) {

@@ -52,7 +52,7 @@ fn evaluate<const D: usize>(
     let (before, free) = (system.local_before()[0], system.local_free()[0]);
     let (b, cone) = pose(law, &Approach::impact(before, theta), &free).ok()?;
     let w = *system.delassus().diagonal(0).expect("a contact has a diagonal block");
-    let percussion = solve_one_contact(&w, &b, cone.friction());
+    let percussion = solve_one_contact(&w, &b, cone);
     let after = w * percussion + free;
     let contact_work = (before * (1.0 - theta) + after * theta).dot(&percussion);
     let mut impulse = vec![0.0; system.mass.len()];

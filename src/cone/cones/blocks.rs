@@ -53,7 +53,7 @@ pub(in crate::cone) fn gauge<T: Scalar, const D: usize>(x: &SVector<T, D>, coeff
 }
 
 #[inline]
-pub(in crate::cone) fn de_saxce<T: Scalar, const D: usize>(w: &SVector<T, D>, coefficients: [T; 3]) -> SVector<T, D> {
+pub(crate) fn de_saxce<T: Scalar, const D: usize>(w: &SVector<T, D>, coefficients: [T; 3]) -> SVector<T, D> {
     let mut phi = *w;
     phi[0] += gauge(w, coefficients);
     phi
@@ -87,7 +87,7 @@ fn normal<T: Scalar, const D: usize>(x: &SVector<T, D>, coefficients: [T; 3]) ->
     (sum / weight, weight)
 }
 
-pub(in crate::cone) fn project<T: Scalar, const D: usize>(x: &SVector<T, D>, coefficients: [T; 3]) -> SVector<T, D> {
+pub(crate) fn project<T: Scalar, const D: usize>(x: &SVector<T, D>, coefficients: [T; 3]) -> SVector<T, D> {
     let (t, _) = normal(x, coefficients);
     if t <= T::zero() {
         return SVector::zeros();
@@ -127,7 +127,15 @@ pub(in crate::cone) fn natural_map<T: Scalar, const D: usize>(
     f
 }
 
-pub(in crate::cone) fn slope<T: Scalar, const D: usize>(
+/// An element of the generalised Jacobian of the projection on K at `y`, `None` at and below the apex, where it is 0.
+///
+/// With the blocks A that are cut, ‖y_B‖ > c_B p_N, and τ_B = y_B/‖y_B‖,
+///
+/// ```text
+///   p_N = (y_N + Σ_A c_B ‖y_B‖)/(1 + Σ_A c_B²),     p_B = c_B p_N τ_B,
+///   p′ = a aᵀ/(1 + Σ_A c_B²) + Σ_A (c_B p_N/‖y_B‖)(I_B − τ_B τ_Bᵀ) + Σ_{B ∉ A} I_B,     a = (1, c_B τ_B of A, 0)
+/// ```
+pub(crate) fn slope<T: Scalar, const D: usize>(
     y: &SVector<T, D>,
     coefficients: [T; 3],
 ) -> Option<SMatrix<T, D, D>> {
@@ -140,8 +148,11 @@ pub(in crate::cone) fn slope<T: Scalar, const D: usize>(
     let mut slope = SMatrix::<T, D, D>::zeros();
     for block in of::<T, D>(coefficients) {
         let (radius, norm) = (block.coefficient * t, block.norm(y));
-        if norm <= radius {
+        if block.coefficient > T::zero() && norm <= radius {
             block.components().for_each(|i| slope[(i, i)] = T::one());
+            continue;
+        }
+        if norm == T::zero() {
             continue;
         }
         let shrink = radius / norm;

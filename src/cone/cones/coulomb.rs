@@ -82,6 +82,10 @@ pub(super) fn natural_map<T: Scalar, const D: usize>(
 
 /// Whether a percussion lies inside the cone, to the relative distance `tolerance` from its boundary.
 #[inline]
-pub(in crate::cone) fn holds<T: Scalar, const D: usize>(x: &SVector<T, D>, friction: T, tolerance: T) -> bool {
+pub(in crate::cone) fn holds<T: Scalar, const D: usize>(
+    x: &SVector<T, D>,
+    friction: T,
+    tolerance: T,
+) -> bool {
     D > 1 && tangential_norm(x) < friction * x[0] * (T::one() - tolerance)
 }

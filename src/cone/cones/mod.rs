@@ -9,10 +9,10 @@
 //! Coulomb's has one block, all tangents; rolling resistance adds the moments. All blocks are in the same units: moments are
 //! impulses at a lever arm ([`Cone::at_arm`]).
 
-pub(super) mod blocks;
+pub(crate) mod blocks;
 pub(super) mod coulomb;
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SVector;
 
 use crate::laws::Cone;
 use crate::scalar::Scalar;
@@ -79,6 +79,17 @@ pub fn dual_gauge<T: Scalar, const D: usize>(x: &SVector<T, D>, cone: impl Into<
     }
 }
 
+/// c of the block that component `row` > 0 belongs to.
+#[inline]
+pub(crate) fn coefficient<T: Scalar, const D: usize>(cone: Cone<T>, row: usize) -> T {
+    match Shape::of::<D>(cone) {
+        Shape::Disc(friction) => friction,
+        Shape::Blocks(coefficients) => blocks::of::<T, D>(coefficients)
+            .find(|block| block.components().contains(&row))
+            .map_or(T::zero(), |block| block.coefficient),
+    }
+}
+
 /// Whether `x` lies in K, with each ‖x_B‖ ≤ c_B x_N + `slack`.
 pub fn contains<T: Scalar, const D: usize>(x: &SVector<T, D>, cone: impl Into<Cone<T>>, slack: T) -> bool {
     let inside = match Shape::of::<D>(cone.into()) {
@@ -88,19 +99,4 @@ pub fn contains<T: Scalar, const D: usize>(x: &SVector<T, D>, cone: impl Into<Co
         }
     };
     inside && x[0] >= -slack
-}
-
-/// An element of the generalised Jacobian of the projection on K at `y`, `None` at and below the apex, where it is 0.
-///
-/// With the blocks A that are cut, ‖y_B‖ > c_B p_N, and τ_B = y_B/‖y_B‖,
-///
-/// ```text
-///   p_N = (y_N + Σ_A c_B ‖y_B‖)/(1 + Σ_A c_B²),     p_B = c_B p_N τ_B,
-///   p′ = a aᵀ/(1 + Σ_A c_B²) + Σ_A (c_B p_N/‖y_B‖)(I_B − τ_B τ_Bᵀ) + Σ_{B ∉ A} I_B,     a = (1, c_B τ_B of A, 0)
-/// ```
-pub(crate) fn projection_slope<T: Scalar, const D: usize>(
-    y: &SVector<T, D>,
-    coefficients: [T; 3],
-) -> Option<SMatrix<T, D, D>> {
-    blocks::slope(y, coefficients)
 }

@@ -170,9 +170,8 @@ fn solve_small<T: Scalar, const D: usize>(
     mut b: SVector<T, D>,
 ) -> Option<SVector<T, D>> {
     for k in 0..D {
-        let pivot = (k..D).fold(k, |p, i| {
-            if ComplexField::abs(a[(i, k)]) > ComplexField::abs(a[(p, k)]) { i } else { p }
-        });
+        let pivot = (k..D)
+            .fold(k, |p, i| if ComplexField::abs(a[(i, k)]) > ComplexField::abs(a[(p, k)]) { i } else { p });
         a.swap_rows(k, pivot);
         b.swap_rows(k, pivot);
         let inverse = T::one() / a[(k, k)];
