@@ -78,6 +78,8 @@ fn masonry<const D: usize>(side: usize) -> ConeProblem<f64, D> {
         w.start_row();
         spatial
             .delassus()
+            .formed()
+            .expect("formed")
             .row(i)
             .for_each(|(j, block)| w.push(j, block.fixed_view::<D, D>(0, 0).into_owned()));
     }
@@ -113,7 +115,7 @@ fn compare<const D: usize>(pattern: &str, problem: &ConeProblem<f64, D>) {
     let per_contact = 1e9 / m as f64;
     println!(
         "{pattern:<8} D = {D}, {m} contacts, {:4.1} blocks per row: gather {:5.1} ns, sweep {:5.1} ns per contact, ratio {:.2}",
-        problem.delassus_blocks() as f64 / m as f64,
+        problem.delassus().blocks() as f64 / m as f64,
         gather * per_contact,
         sweep * per_contact,
         sweep / gather

@@ -6,11 +6,12 @@ mod problems;
 use std::path::{Path, PathBuf};
 
 use nalgebra::{DMatrix, DVector};
-use nonsmooth::cone::{BlockMatrix, ConeProblem, Status, solve_one_contact, status};
+use nonsmooth::cone::{BlockMatrix, ConeProblem, Form, Status, solve_one_contact, status};
 use nonsmooth::fclib::{
     self, Cone, Data, FclibError, Global, GlobalBilateral, Info, Local, LocalBilateral, Problem, Solution,
     SparseMatrix, WriteOptions,
 };
+use nonsmooth::solver::{self, ConeSolver, Stopping};
 
 /// The files of a folder in order, none where it does not exist.
 fn files(folder: &Path) -> Vec<PathBuf> {
@@ -159,6 +160,34 @@ fn bodies_and_their_local_problem_say_the_same() {
     for name in ["planar-three", "planar-ten", "spatial-three", "spatial-ten"] {
         assert_eq!(find(&format!("{name}-global")).expect(name), find(name).expect(name), "{name}");
     }
+}
+
+/// With H and M kept, W and b are those of the condensed problem, and the solution solves it.
+#[test]
+fn bodies_that_are_kept_pose_the_condensed_problem() {
+    for problems::Named { name, problem } in problems::all().expect("the generator") {
+        let Data::Global(global) = &problem.data else { continue };
+        let kept = problem.cone_in(Form::Factored).expect("a cone problem");
+        let (differ, factored) = match (&kept, problem.cone().expect("a cone problem")) {
+            (Cone::Planar(a), Cone::Planar(b)) => (distance(a, &b), a.factors().is_some()),
+            (Cone::Spatial(a), Cone::Spatial(b)) => (distance(a, &b), a.factors().is_some()),
+            _ => panic!("{name}: another dimension"),
+        };
+        assert_eq!(factored, global.bilateral.is_none(), "{name}");
+        assert!(differ.0 <= 1e-12 && differ.1 <= 1e-12, "{name}: {differ:?}");
+        let solved = |cone: &Cone| match cone {
+            Cone::Planar(cone) => solved_by_default(cone),
+            Cone::Spatial(cone) => solved_by_default(cone),
+        };
+        assert!(solved(&kept) <= 1e-10, "{name}");
+    }
+}
+
+fn solved_by_default<const D: usize>(cone: &ConeProblem<f64, D>) -> f64 {
+    let mut solver = solver::build::<f64, D>(solver::DEFAULT, Stopping::default()).expect("registered");
+    let zero = vec![nalgebra::SVector::zeros(); cone.contacts()];
+    let mut r = zero.clone();
+    solver.solve(cone, &zero, &mut r).map_or(f64::INFINITY, |solution| solution.residual.scaled)
 }
 
 #[test]

@@ -4,7 +4,7 @@ mod random_problems;
 
 use nalgebra::{DMatrix, RealField, SMatrix, SVector};
 use nonsmooth::cone::{BlockMatrix, ConeProblem, largest_eigenvalue, solve_one_contact};
-use nonsmooth::scalar::{Scalar, lit, to_f64};
+use nonsmooth::scalar::{Scalar, to_f64};
 use nonsmooth::solver::{Accuracy, SOLVERS, Solution, SolveError, Stopping, build, default_tolerance};
 use proptest::prelude::*;
 use random_problems::{Recipe, random};

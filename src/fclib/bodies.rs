@@ -11,7 +11,7 @@ use crate::linalg::{BlockRows, Symmetric};
 /// Velocities of a rigid body in space and in the plane.
 const RIGID: [usize; 2] = [6, 3];
 
-/// The cone problem with W = Hᵀ M⁻¹ H in factored form, b = w + Hᵀ M⁻¹ f; `None` where it does not pay
+/// The cone problem with W = Hᵀ M⁻¹ H in factored form, b = w + Hᵀ M⁻¹ f; `None` where `form` is left to choose and it does not pay
 /// ([`factored_pays`]), or is not possible: bilateral constraints, and an M that is not symmetric or not regular, go the
 /// way of condensation, which says what is wrong.
 ///
@@ -20,9 +20,11 @@ const RIGID: [usize; 2] = [6, 3];
 pub(super) fn factored<const D: usize>(
     global: &Global,
     friction: &[f64],
+    form: Form,
 ) -> Result<Option<ConeProblem<f64, D>>, FclibError> {
     let n = global.force.len();
-    if global.bilateral.is_some() || !factored_pays(n, global.velocity.len()) {
+    let pays = form == Form::Factored || factored_pays(n, global.velocity.len());
+    if global.bilateral.is_some() || !pays {
         return Ok(None);
     }
     let entries: Vec<_> = global.mass.entries().collect();

@@ -5,7 +5,7 @@ use nalgebra::{SMatrix, SVector};
 use super::bodies::factored;
 use super::condense::{bodies, condense_global, condense_local, multipliers};
 use super::{FclibError, SparseMatrix};
-use crate::cone::{BlockMatrix, Cone as ContactCone, ConeProblem};
+use crate::cone::{BlockMatrix, Cone as ContactCone, ConeProblem, Form};
 
 /// An FCLIB problem as its file holds it.
 #[derive(Debug, Clone, PartialEq)]
@@ -136,11 +136,9 @@ impl Problem {
         self.friction.len()
     }
 
-    /// The cone problem w = W r + b: the local data as they are, or condensed from the bodies.
+    /// The cone problem w = W r + b with W formed: the local data as they are, or condensed from the bodies.
     ///
-    /// A global problem without bilateral constraints keeps its H and M where that pays
-    /// ([`factored_pays`](crate::cone::factored_pays)); else W is formed. Blocks of W that are zero throughout are left
-    /// out. W is taken as given: measured operators are often slightly
+    /// Blocks of W that are zero throughout are left out. W is taken as given: measured operators are often slightly
     /// asymmetric or indefinite, and [`ConeProblem::check_symmetric_semidefinite`] tells.
     ///
     /// # Errors
@@ -148,18 +146,29 @@ impl Problem {
     /// [`FclibError::Dense`] where the condensation fails, [`FclibError::Shape`] and [`FclibError::Length`] where
     /// parts put together by hand do not fit.
     pub fn cone(&self) -> Result<Cone, FclibError> {
+        self.cone_in(Form::Formed)
+    }
+
+    /// [`cone`](Self::cone) with W in the form asked for: a global problem without bilateral constraints keeps its H and M
+    /// where that [pays](crate::cone::factored_pays) (`Form::Auto`), or in any case (`Form::Factored`). W is formed where it
+    /// cannot be kept so: of local problems, with bilateral constraints, and where M is not symmetric.
+    ///
+    /// # Errors
+    /// As [`cone`](Self::cone).
+    pub fn cone_in(&self, form: Form) -> Result<Cone, FclibError> {
         match self.dimension {
-            2 => self.cone_of().map(Cone::Planar),
-            3 => self.cone_of().map(Cone::Spatial),
+            2 => self.cone_of(form).map(Cone::Planar),
+            3 => self.cone_of(form).map(Cone::Spatial),
             d => Err(FclibError::Dimension { dataset: "spacedim".into(), value: d as i64 }),
         }
     }
 
-    /// [`cone`](Self::cone) in a dimension known beforehand.
-    fn cone_of<const D: usize>(&self) -> Result<ConeProblem<f64, D>, FclibError> {
+    /// [`cone_in`](Self::cone_in) in a dimension known beforehand.
+    fn cone_of<const D: usize>(&self, form: Form) -> Result<ConeProblem<f64, D>, FclibError> {
         self.check()?;
         if let Data::Global(global) = &self.data
-            && let Some(problem) = factored(global, &self.friction)?
+            && form != Form::Formed
+            && let Some(problem) = factored(global, &self.friction, form)?
         {
             return Ok(problem);
         }

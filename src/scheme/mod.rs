@@ -46,6 +46,7 @@
 //! derivation stands at the head of `nonlinear.rs`.
 
 mod activation;
+mod arms;
 mod certainty;
 mod clock;
 mod crossed;

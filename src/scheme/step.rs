@@ -11,7 +11,7 @@ use super::record::Next;
 use super::{ActivationRule, ContactStep, Part, Settings, Step, StepError, ThetaScheme};
 use crate::contact::{Candidate, ContactId, pose};
 use crate::energy::{Balance, Energies};
-use crate::laws::Approach;
+use crate::laws::{Approach, Rows};
 use crate::linalg::{Factor, dot, sums};
 use crate::scalar::{Scalar, all_finite, lit, to_f64};
 use crate::solver::{Solution, solve_or_rescue};
@@ -169,6 +169,9 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         let Self { jacobian, factor, joints, .. } = self;
         match &mut self.kept {
             Some(kept) => {
+                if self.arms.rolls() {
+                    kept.forget_selection();
+                }
                 if let Err(contact) = kept.select(&self.next.contacts, w) {
                     return Err(self.contact_error(contact, "place among the constant candidates"));
                 }
@@ -178,6 +181,9 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             None => {
                 self.assembler.assemble_with(jacobian, |x: &mut [T]| joints.respond(factor, x), w);
             }
+        }
+        if self.arms.rolls() {
+            self.arms.measure(&self.jacobian, w);
         }
         b.clear();
         cones.clear();
@@ -192,11 +198,12 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             let approach = Approach::impact(contact.before, contact.theta);
             let memory = self.memories.of(contact.id, contact.interface);
             let approach = approach.with_gap(gap, self.settings.step, contact.lasting).with_memory(memory);
+            let approach = if self.arms.rolls() { approach.with_rows(Rows::Rolling) } else { approach };
             let free = self.jacobian.velocity(i, &self.next.v_free);
             match pose(&*self.laws[contact.interface], &approach, &free) {
                 Ok((shifted, cone)) => {
-                    b.push(shifted);
-                    cones.push(cone);
+                    b.push(self.arms.enter_velocity(i, &shifted));
+                    cones.push(cone.at_arm(self.arms.length(i)));
                 }
                 Err(source) => {
                     let (step, time) = self.place();
@@ -205,11 +212,11 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
                 }
             }
             if self.passes > 0 {
-                self.warm_start.push(self.percussions[i]);
+                self.warm_start.push(self.arms.enter(i, &self.percussions[i]));
                 continue;
             }
-            self.warm_start.push(percussion_of(contact.id, &mut known) * growth);
-            self.older_start.push(percussion_of(contact.id, &mut older) * growth);
+            self.warm_start.push(self.arms.enter(i, &(percussion_of(contact.id, &mut known) * growth)));
+            self.older_start.push(self.arms.enter(i, &(percussion_of(contact.id, &mut older) * growth)));
         }
         Ok(())
     }
@@ -224,7 +231,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         let Self { problem, islands, percussions, solver, jacobian, factor, joints, .. } = self;
         let (warm_start, older) = (&mut self.warm_start, &self.older_start);
         // Of bodies that nothing but contacts couples the solver may see H and M̂.
-        if let (Factor::Diagonal(inverse), true) = (&*factor, joints.is_empty()) {
+        if let (Factor::Diagonal(inverse), true) = (&*factor, joints.is_empty() && !self.arms.rolls()) {
             problem.copy_bodies(jacobian, inverse);
         }
         let worth = problem.delassus().formed().filter(|_| contacts > WORTH_SPLITTING);
@@ -238,6 +245,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             solve_or_rescue(&mut **solver, problem, (warm_start, older), percussions)
                 .map_err(|source| (contacts, source))
         };
+        self.arms.leave(percussions);
         if let Some(lasting) = &mut self.lasting {
             lasting.note(problem, solver.stopping().tolerance);
         }

@@ -2,6 +2,7 @@
 
 use nalgebra::SVector;
 
+use super::arms::Arms;
 use super::clock::Clock;
 use super::crossed::Crossed;
 use super::delassus::Assembler;
@@ -22,13 +23,16 @@ use super::{ContactStep, Settings, SetupError, State, Step};
 use crate::cone::ConeProblem;
 use crate::contact::{Candidate, ContactId};
 use crate::energy::{Balance, Energies};
-use crate::laws::ContactLaw;
+use crate::laws::{ContactLaw, Rows};
 use crate::linalg::{BlockRows, Factor, dot};
 use crate::scalar::{Scalar, all_finite, lit, to_f64};
 use crate::solver::ConeSolver;
 use crate::system::{Scales, System};
 
 /// The Moreau–Jean θ-scheme over a system, one law per interface, and a cone solver.
+///
+/// D = 1 without friction, 2 in the plane, 3 in space, and with rolling resistance 3 in the plane and 6 in space: where D = 3
+/// and a law [rolls](ContactLaw::rows), the third row of every contact is a rotation, and its percussion a moment.
 ///
 /// A warm step allocates nothing. A step that fails leaves the state as it was.
 #[derive(Debug)]
@@ -53,6 +57,7 @@ pub struct ThetaScheme<T: Scalar, const D: usize> {
     pub(super) crossed: Crossed<T, D>,
     pub(super) lasting: Option<Lasting<T>>,
     pub(super) memories: Memories<T>,
+    pub(super) arms: Arms<T>,
     /// Length (m) that scales the tolerance of the joints, and speed (m/s) of the differences of a nonlinear system.
     pub(super) scales: Scales<T>,
     pub(super) nonlinear: Option<Box<Nonlinear<T>>>,
@@ -140,6 +145,8 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         let rest = rest.flatten();
         let lasting = Lasting::new(&*system, &laws, &settings, &q);
         let memories = Memories::new(&laws);
+        let rolls = D > 2 && laws.iter().any(|law| law.rows() == Rows::Rolling);
+        let arms = Arms::new(rolls || D == 6, system.mass());
         let joints = Bilateral::new(&*system, &q, settings.joint_tolerance);
         Ok(Self {
             system,
@@ -159,6 +166,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             crossed: Crossed::new(q.len(), n),
             lasting,
             memories,
+            arms,
             scales,
             nonlinear,
             passes: 0,
