@@ -2,8 +2,8 @@
 
 use nalgebra::{SMatrix, SVector};
 use nonsmooth::cone::{
-    Cone, Status, contains, de_saxce, dual_gauge, largest_eigenvalue, natural_map, project, solve_one_contact,
-    status,
+    Cone, Status, contains, de_saxce, dual_gauge, largest_eigenvalue, natural_map, project,
+    solve_one_contact, status,
 };
 use nonsmooth::laws::FremondRolling;
 use nonsmooth::scheme::{Settings, ThetaScheme};
@@ -16,8 +16,11 @@ const GRAVITY: f64 = 9.81;
 
 fn cones() -> impl Strategy<Value = Cone<f64>> {
     let coefficient = || prop_oneof![1 => Just(0.0), 6 => 0.0..1.5f64];
-    (coefficient(), coefficient(), coefficient())
-        .prop_map(|(friction, rolling, spinning)| Cone::Rolling { friction, rolling, spinning })
+    (coefficient(), coefficient(), coefficient()).prop_map(|(friction, rolling, spinning)| Cone::Rolling {
+        friction,
+        rolling,
+        spinning,
+    })
 }
 
 /// p = proj_K(x): p ∈ K, p − x ∈ K*, p ⟂ p − x.
@@ -171,5 +174,8 @@ fn the_work_of_a_rolling_disc_is_what_its_energy_loses() {
         assert!(step.balance.imbalance.abs() <= 1e-12 * first);
     }
     let energy = scheme.last_step().energies.kinetic;
-    assert!((energy - first - lost - numerical).abs() <= 1e-10 * first, "{energy} J, {lost} J, {numerical} J");
+    assert!(
+        (energy - first - lost - numerical).abs() <= 1e-10 * first,
+        "{energy} J, {lost} J, {numerical} J"
+    );
 }

@@ -5,7 +5,12 @@ mod random_problems;
 use nalgebra::{DMatrix, RealField, SMatrix, SVector};
 use nonsmooth::cone::{BlockMatrix, ConeProblem, largest_eigenvalue, solve_one_contact};
 use nonsmooth::scalar::{Scalar, to_f64};
-use nonsmooth::solver::{Accuracy, SOLVERS, Solution, SolveError, Stopping, build, default_tolerance};
+use nonsmooth::solver::{
+    Accuracy, Admm, AdmmSettings, ConeSolver, Extragradient, ExtragradientSettings, Hybrid, HybridSettings,
+    Method, Nsgs, NsgsSettings, ProximalNewton, ProximalNewtonSettings, SOLVERS, SemismoothNewton,
+    SemismoothNewtonSettings, SettingsError, Solution, SolveError, Stopping, StoppingError, build,
+    default_tolerance,
+};
 use proptest::prelude::*;
 use random_problems::{Recipe, random};
 
@@ -274,6 +279,53 @@ proptest! {
             prop_assert!(solution.is_ok(), "{} leaves a solution: {:?}", solver.name, solution);
         }
     }
+}
+
+#[test]
+fn a_cold_solve_is_a_solve_from_zero() {
+    let recipe = Recipe { seed: 3, contacts: 4, freedom: 12, friction: 0.3, decades: 1.0 };
+    let problem = random::<f64, 3>(&recipe);
+    let zero = vec![SVector::<f64, 3>::zeros(); 4];
+    let (mut r, mut cold) = (zero.clone(), vec![SVector::from([f64::NAN; 3]); 4]);
+    for solver in SOLVERS {
+        let mut solver = build::<f64, 3>(solver.name, Stopping::to(1e-8)).expect("registered");
+        let given = solver.solve(&problem, &zero, &mut r).map_err(|error| error.to_string());
+        assert_eq!(solver.solve_cold(&problem, &mut cold).map_err(|error| error.to_string()), given);
+        assert_eq!(r, cold);
+    }
+    let mut solver = build::<f64, 3>("hybrid", Stopping::default()).expect("registered");
+    let error = solver.solve_cold(&problem, &mut cold[1..]).expect_err("one percussion too few");
+    assert_eq!(error, SolveError::Shape { contacts: 4, given: 3 });
+}
+
+#[test]
+fn settings_out_of_range_are_refused_with_the_number() {
+    let rule = Stopping::<f64>::default;
+    let told = |error: SettingsError| match error {
+        SettingsError::OutOfRange { setting, value, range } => (setting, value, range.contains(value)),
+        other => panic!("{other}"),
+    };
+    for bad in [0.0, -1.0, 11.0, f64::NAN, f64::INFINITY] {
+        let settings = ProximalNewtonSettings::default().with_proximal(Some(bad));
+        let (setting, value, inside) =
+            told(ProximalNewton::<f64, 3>::solver(rule(), settings).expect_err("out of range"));
+        assert_eq!((setting, value.to_bits(), inside), ("proximal", bad.to_bits(), false));
+        let settings = SemismoothNewtonSettings::default().with_proximal_weight(bad);
+        let error = SemismoothNewton::<f64, 3>::solver(rule(), settings).expect_err("out of range");
+        assert_eq!(told(error).0, "proximal_weight");
+        let settings = AdmmSettings::default().with_relaxation(bad);
+        assert_eq!(told(Admm::<f64, 3>::solver(rule(), settings).expect_err("out of range")).0, "relaxation");
+        let settings = ExtragradientSettings::default().with_contraction(bad);
+        let error = Extragradient::<f64, 3>::solver(rule(), settings).expect_err("out of range");
+        assert_eq!(told(error).0, "contraction");
+        if bad != 11.0 && bad != f64::INFINITY {
+            let error = Hybrid::<f64, 3>::solver(Stopping::to(bad), HybridSettings::default());
+            assert!(matches!(error, Err(SettingsError::Stopping(StoppingError::Tolerance { .. }))));
+        }
+    }
+    let deep = NsgsSettings::default().with_acceleration(11);
+    let error = Nsgs::<f64, 3>::solver(rule(), deep).expect_err("11 > 10");
+    assert_eq!(error.to_string(), "`acceleration` is 11, it must be in [0, 10]");
 }
 
 #[test]

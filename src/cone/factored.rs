@@ -102,10 +102,12 @@ impl<T: Scalar, const D: usize> FactoredDelassus<T, D> {
             Inverse::Blocks(inverse_blocks(&mass.values, dofs)?)
         } else {
             let mut factors = Multifrontal::new();
-            factors.analyse(&mass.starts, &mass.columns, dofs);
+            factors
+                .analyse(&mass.starts, &mass.columns, dofs)
+                .map_err(|error| FactoredError::Singular { block: error.row })?;
             factors
                 .factor(&mass.values, &vec![true; nodes])
-                .map_err(|block| FactoredError::Singular { block })?;
+                .map_err(|error| FactoredError::Singular { block: error.node })?;
             Inverse::Factors(Box::new(factors))
         };
         let mut operator = Self {

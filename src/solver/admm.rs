@@ -119,7 +119,7 @@ impl<T: Scalar, const D: usize> Admm<T, D> {
     }
 
     fn factor(&mut self, penalty: T) -> Result<(), BreakdownCause> {
-        self.scaled.factor_regularised(penalty).map_err(|node| BreakdownCause::Singular { node })
+        self.scaled.factor_regularised(penalty).map_err(BreakdownCause::Singular)
     }
 
     /// Residual of z on the problem as given; its velocity is left in `self.w`.

@@ -73,7 +73,8 @@ pub fn check_solver_in<const D: usize>(
     let name = build(stopping.clone()).name();
     let (unsolved, solved) = (Cell::new(0), Cell::new(0));
     let coefficient = || prop_oneof![1 => Just(0.0), 6 => 0.0..1.0f64];
-    let cases = (random_system::<D>(4), vec((coefficient(), coefficient(), coefficient()), 4), vec(-1.0..1.0f64, D));
+    let cases =
+        (random_system::<D>(4), vec((coefficient(), coefficient(), coefficient()), 4), vec(-1.0..1.0f64, D));
     let run = suite.runner().run(&cases, |(system, coefficients, start)| {
         let cones = coefficients.iter().take(system.contacts()).map(|&(friction, rolling_, spinning)| {
             if rolling { Cone::Rolling { friction, rolling: rolling_, spinning } } else { friction.into() }
@@ -104,7 +105,12 @@ pub fn check_solver_in<const D: usize>(
     let (unsolved, all) = (unsolved.get(), unsolved.get() + solved.get());
     if f64::from(unsolved) > (UNSOLVED * f64::from(all)).max(1.0) {
         let case = format!("{unsolved} of {all} problems were not solved");
-        return Err(SuiteFailure { property: "problems are solved", dimension: D, solver: name.into(), case });
+        return Err(SuiteFailure {
+            property: "problems are solved",
+            dimension: D,
+            solver: name.into(),
+            case,
+        });
     }
     check_refusals(build).map_err(|case| SuiteFailure {
         property: "bad data are refused by type",

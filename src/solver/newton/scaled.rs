@@ -7,6 +7,7 @@ use super::contact_space::ContactSpace;
 use super::maps::{Formulation, Linear};
 use super::scaling::Scaling;
 use crate::cone::{Cone, ConeProblem, Delassus, de_saxce, project};
+use crate::linalg::NoPivot;
 use crate::scalar::Scalar;
 
 /// The problem in the units of [`Scaling`], with W as the problem holds it: formed, or as H and M̂.
@@ -170,7 +171,7 @@ impl<T: Scalar, const D: usize> ScaledProblem<T, D> {
     ///
     /// # Errors
     /// The contact, or the block of velocities, at which the factorisation found no pivot.
-    pub(super) fn factor(&mut self, linear: &[Linear<T, D>], a: T) -> Result<(), usize> {
+    pub(super) fn factor(&mut self, linear: &[Linear<T, D>], a: T) -> Result<(), NoPivot> {
         match &mut self.system {
             System::Contact(system) => system.factor(linear, a),
             System::Body(system) => system.factor(linear, a),
@@ -189,7 +190,7 @@ impl<T: Scalar, const D: usize> ScaledProblem<T, D> {
     ///
     /// # Errors
     /// As [`factor`](Self::factor).
-    pub(in crate::solver) fn factor_regularised(&mut self, rho: T) -> Result<(), usize> {
+    pub(in crate::solver) fn factor_regularised(&mut self, rho: T) -> Result<(), NoPivot> {
         let linear = vec![Linear::sticking(SVector::zeros()); self.contacts()];
         self.factor(&linear, rho)
     }
