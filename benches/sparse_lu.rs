@@ -41,7 +41,7 @@ impl Case {
     fn new(&(name, side, every): &(&str, usize, usize)) -> Self {
         let family = if name == "wall" { wall(side, side, 1) } else { packing(side, side, 2) };
         let problem = family.problem(Form::Formed, 0.0);
-        let w = problem.delassus();
+        let w = problem.delassus().formed().expect("formed");
         let (mut starts, mut columns, mut values) = (vec![0], Vec::new(), Vec::new());
         for i in 0..w.rows() {
             for (j, block) in w.row(i) {

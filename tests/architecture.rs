@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 const ROOMS: &[(&str, &[&str])] = &[
     ("scalar", &[]),
     ("linalg", &["scalar"]),
-    ("cone", &["linalg", "scalar"]),
+    ("cone", &["laws", "linalg", "scalar"]),
     ("contact", &["laws", "linalg", "scalar"]),
     ("mesh", &[]),
     ("system", &["contact", "linalg", "mesh", "scalar"]),

@@ -4,7 +4,7 @@ mod random_problems;
 
 use nalgebra::{DMatrix, RealField, SMatrix, SVector};
 use nonsmooth::cone::{BlockMatrix, ConeProblem, largest_eigenvalue, solve_one_contact};
-use nonsmooth::scalar::{Scalar, lit, to_f64};
+use nonsmooth::scalar::{Scalar, to_f64};
 use nonsmooth::solver::{
     Accuracy, Admm, AdmmSettings, ConeSolver, Extragradient, ExtragradientSettings, Hybrid, HybridSettings,
     Method, Nsgs, NsgsSettings, ProximalNewton, ProximalNewtonSettings, SOLVERS, SemismoothNewton,
@@ -91,6 +91,8 @@ fn condition<const D: usize>(problem: &ConeProblem<f64, D>) -> f64 {
     for i in 0..m {
         problem
             .delassus()
+            .formed()
+            .expect("formed")
             .row(i)
             .for_each(|(j, block)| dense.view_mut((i * D, j * D), (D, D)).copy_from(block));
     }
@@ -214,7 +216,7 @@ proptest! {
             });
             *w = scaled;
             b.iter_mut().for_each(|b| *b *= 10f64.powf(decades * velocity));
-            mu.iter_mut().for_each(|mu| *mu *= 10f64.powf(decades * friction));
+            mu.iter_mut().for_each(|mu| *mu = mu.scaled(10f64.powf(decades * friction)));
         }
         let start = vec![SVector::<f64, 3>::zeros(); problem.contacts()];
         for solver in SOLVERS {
@@ -247,7 +249,7 @@ proptest! {
     #[test]
     fn one_contact_has_its_exact_solution(recipe in recipes(1..=1, SMALL_FRICTION)) {
         let problem = regular::<3>(recipe);
-        let exact = solve_one_contact(problem.diagonal(0), &problem.b()[0], problem.friction()[0]);
+        let exact = solve_one_contact(problem.diagonal(0), &problem.b()[0], problem.cones()[0]);
         let kappa = condition(&problem);
         let scale = problem.b_norm() / largest_eigenvalue(problem.diagonal(0));
         for solver in SOLVERS {
@@ -328,7 +330,7 @@ fn settings_out_of_range_are_refused_with_the_number() {
 
 #[test]
 fn an_empty_problem_has_an_empty_solution() {
-    let problem = ConeProblem::<f64, 3>::new(BlockMatrix::new(), vec![], vec![]).expect("empty");
+    let problem = ConeProblem::<f64, 3>::new(BlockMatrix::new(), vec![], Vec::<f64>::new()).expect("empty");
     for solver in SOLVERS {
         let solution = build::<f64, 3>(solver.name, Stopping::default())
             .expect("registered")
@@ -469,7 +471,7 @@ fn a_stack_carries_its_weight() {
 fn closing_walls_have_no_solution() {
     let w = BlockMatrix::from_fn(2, |i, j| SMatrix::<f64, 1, 1>::new(if i == j { 1.0 } else { -1.0 }));
     let problem =
-        ConeProblem::new(w, vec![SVector::<f64, 1>::new(-1.0); 2], vec![lit(0.0); 2]).expect("a problem");
+        ConeProblem::new(w, vec![SVector::<f64, 1>::new(-1.0); 2], vec![0.0; 2]).expect("a problem");
     for solver in SOLVERS {
         assert!(attempt(solver.name, &problem).is_err(), "{}", solver.name);
     }
@@ -507,8 +509,8 @@ mod certificates {
                 return Err(TestCaseError::fail(format!("{:?}", feasibility(&problem))));
             };
             prop_assert!(margin > 0.0);
-            for (w, &mu) in shifted_velocities(&problem, &percussion).iter().zip(problem.friction()) {
-                prop_assert!(w[0] > mu * w.rows(1, 2).norm());
+            for (w, &mu) in shifted_velocities(&problem, &percussion).iter().zip(problem.cones()) {
+                prop_assert!(w[0] > mu.friction() * w.rows(1, 2).norm());
             }
         }
 
@@ -519,10 +521,10 @@ mod certificates {
             let m = open.contacts();
             let side = |i: usize| if i < m { 1.0 } else { -1.0 };
             let w = BlockMatrix::from_fn(2 * m, |i, j| {
-                let block = open.delassus().row(i % m).nth(j % m).expect("stored in full").1;
+                let block = open.delassus().formed().expect("formed").row(i % m).nth(j % m).expect("stored in full").1;
                 block * (side(i) * side(j))
             });
-            let mu = open.friction()[0];
+            let mu = open.cones()[0].friction();
             let b = vec![SVector::<f64, 2>::new(-speed, 0.0); 2 * m];
             let problem = ConeProblem::new(w, b, vec![mu; 2 * m]).expect("a problem");
             let outcome = feasibility(&problem);
@@ -531,7 +533,7 @@ mod certificates {
             };
             let along: f64 = direction.iter().zip(problem.b()).map(|(d, b)| d.dot(b)).sum();
             prop_assert!(along < 0.0);
-            for (d, &mu) in direction.iter().zip(problem.friction()) {
+            for (d, &mu) in direction.iter().zip(problem.cones()) {
                 prop_assert!((d - project(d, mu)).norm() <= 1e-6 * d.norm().max(1.0));
             }
         }

@@ -3,7 +3,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::maps::{Linear, State};
-use crate::cone::{FactoredDelassus, Product};
+use crate::cone::{FactoredDelassus, Workspace};
 use crate::linalg::{Multifrontal, NoPivot, SolveBuffers};
 use crate::scalar::Scalar;
 
@@ -30,7 +30,7 @@ pub(super) struct BodySpace<T: Scalar, const D: usize> {
     rhs: Vec<T>,
     lu: Multifrontal<T>,
     buffers: SolveBuffers<T>,
-    product: Product<T>,
+    product: Workspace<T>,
     scaled: Vec<SVector<T, D>>,
     /// (A + aC)⁻¹ and G of every contact, and G times the columns of H of one.
     inverse: Vec<SMatrix<T, D, D>>,
@@ -53,7 +53,7 @@ impl<T: Scalar, const D: usize> BodySpace<T, D> {
             rhs: Vec::new(),
             lu: Multifrontal::new(),
             buffers: SolveBuffers::default(),
-            product: Product::default(),
+            product: Workspace::default(),
             scaled: Vec::new(),
             inverse: Vec::new(),
             gain: Vec::new(),
