@@ -40,7 +40,14 @@ pub(super) fn mark(scene: &mut Scene) {
     }
 }
 
-/// Replaces the marks in a drawing.
-pub(super) fn finish(svg: String) -> String {
-    MARKUP.iter().fold(svg, |svg, (mark, markup)| svg.replace(*mark, markup))
+/// Replaces the marks in a drawing, and cuts what floating point leaves behind the hundredths of its lengths.
+pub(super) fn finish(svg: &str) -> String {
+    let mut short = String::with_capacity(svg.len());
+    for (i, part) in svg.split('.').enumerate() {
+        let decimals = part.bytes().take_while(u8::is_ascii_digit).count();
+        short.push_str(if i > 0 { "." } else { "" });
+        short.push_str(if i > 0 && decimals > 12 { &part[..2] } else { &part[..decimals] });
+        short.push_str(&part[decimals..]);
+    }
+    MARKUP.iter().fold(short, |svg, (mark, markup)| svg.replace(*mark, markup))
 }
