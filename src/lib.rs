@@ -15,6 +15,8 @@
 //! (2024). Local vectors are ordered (N, T1, T2); the normal points from the obstacle to the body.
 
 pub mod adaptive;
+#[cfg(feature = "cli")]
+pub mod cli;
 #[cfg(feature = "collection")]
 pub mod collection;
 pub mod cone;
@@ -30,6 +32,7 @@ pub mod mesh;
 pub mod observe;
 #[cfg(feature = "figures")]
 pub mod plot;
+pub mod registry;
 pub mod scalar;
 #[cfg(feature = "scene")]
 pub mod scene;

@@ -13,6 +13,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("mesh", &[]),
     ("system", &["contact", "linalg", "mesh", "scalar"]),
     ("solver", &["cone", "linalg", "scalar"]),
+    ("registry", &["laws", "scalar", "solver"]),
     ("energy", &["contact", "scalar", "system"]),
     ("scheme", &["cone", "contact", "energy", "laws", "linalg", "scalar", "solver", "system"]),
     ("adaptive", &["contact", "laws", "linalg", "scalar", "scheme", "solver", "system"]),
@@ -33,6 +34,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "linalg",
             "mesh",
             "observe",
+            "registry",
             "scalar",
             "scheme",
             "simulate",
@@ -40,7 +42,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "system",
         ],
     ),
-    ("collection", &["cone", "fclib", "file", "plot", "scalar", "solver"]),
+    ("collection", &["cone", "fclib", "file", "plot", "registry", "scalar", "solver"]),
     (
         "study",
         &[
@@ -53,6 +55,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "laws",
             "observe",
             "plot",
+            "registry",
             "scalar",
             "scene",
             "scheme",
@@ -74,6 +77,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "mesh",
             "observe",
             "plot",
+            "registry",
             "scalar",
             "scene",
             "scheme",
@@ -83,7 +87,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "system",
         ],
     ),
-    ("main", &["cli"]),
+    ("main", &["cli", "registry"]),
 ];
 
 /// What the crate of the laws may stand on: a law knows nothing of the mechanics.

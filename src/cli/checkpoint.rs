@@ -3,10 +3,10 @@
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use nonsmooth::file::AtomicFile;
-use nonsmooth::observe::{CsvMark, ObserveError, RunSeries, RunSummary, SeriesMark, SummaryMark};
-use nonsmooth::scene::Scene;
-use nonsmooth::scheme::Snapshot;
+use crate::file::AtomicFile;
+use crate::observe::{CsvMark, ObserveError, RunSeries, RunSummary, SeriesMark, SummaryMark};
+use crate::scene::Scene;
+use crate::scheme::Snapshot;
 use serde::{Deserialize, Serialize};
 
 /// Layout of the file; another one is refused.

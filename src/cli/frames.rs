@@ -2,20 +2,20 @@
 
 use std::path::Path;
 
-use nonsmooth::observe::{Frame, ObserveError, Observer, RunInfo};
-use nonsmooth::scalar::Scalar;
-use nonsmooth::scene::Scene;
+use crate::observe::{Frame, ObserveError, Observer, RunInfo};
+use crate::scalar::Scalar;
+use crate::scene::Scene;
 
 /// The VTK series of a run, if the scene asks for one and the program can write it.
 pub(super) struct Frames {
     #[cfg(feature = "vtk")]
-    series: Option<nonsmooth::observe::VtkSeries>,
+    series: Option<crate::observe::VtkSeries>,
 }
 
 impl Frames {
     #[cfg(feature = "vtk")]
     pub(super) fn new(scene: &Scene, folder: &Path, name: &str) -> Self {
-        let series = |every| nonsmooth::observe::VtkSeries::new(folder, name, every);
+        let series = |every| crate::observe::VtkSeries::new(folder, name, every);
         Self { series: scene.output.vtk_every.map(series) }
     }
 

@@ -1,8 +1,8 @@
 //! The progress bar, where there is a terminal.
 
+use crate::observe::{Frame, ObserveError, Observer};
+use crate::scalar::{Scalar, to_f64};
 use indicatif::{ProgressBar, ProgressStyle};
-use nonsmooth::observe::{Frame, ObserveError, Observer};
-use nonsmooth::scalar::{Scalar, to_f64};
 
 /// Parts of the time of a run, and steps between two looks at it.
 const THOUSANDTHS: u64 = 1000;

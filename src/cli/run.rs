@@ -4,28 +4,28 @@ use std::error::Error;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
-use nonsmooth::contact::ContactId;
-use nonsmooth::file::AtomicFile;
-use nonsmooth::laws::ContactLaw as _;
-use nonsmooth::mesh::Mesh;
-use nonsmooth::observe::{
+use crate::contact::ContactId;
+use crate::file::AtomicFile;
+use crate::laws::ContactLaw as _;
+use crate::mesh::Mesh;
+use crate::observe::{
     AdaptiveSummary, CsvFiles, ObserveError, Rates, RunInfo, RunSeries, RunSummary, SeriesRecorder,
     SummaryRecorder, Units, comparison_figure, elastic_figure, mesh_figure, run_figure,
 };
-use nonsmooth::scalar::{Scalar, to_f64};
-use nonsmooth::scene::{self, Overrides, PlanarStepper, Run, ScalarName, Scene};
-use nonsmooth::simulate::{Outcome, SimulateError, Stepper, begin, end};
-use nonsmooth::system::MechanicalSystem as _;
+use crate::registry::Registry;
+use crate::scalar::{Scalar, to_f64};
+use crate::scene::{self, Overrides, PlanarStepper, Run, ScalarName, Scene};
+use crate::simulate::{Outcome, SimulateError, Stepper, begin, end};
+use crate::system::MechanicalSystem as _;
 use serde::Serialize;
 
 use super::checkpoint::{self, Checkpoint, Current};
 use super::frames::Frames;
 use super::progress::Progress;
 use super::shown::shown;
-use super::{FAILED, INTERRUPTED, RunArguments, report};
+use super::{FAILED, INTERRUPTED, RunArguments, interrupt_flag, report};
 
 /// The file `summary.json`.
 #[derive(Serialize)]
@@ -45,7 +45,7 @@ struct Results {
 }
 
 /// Runs the scene named in `arguments`.
-pub(super) fn run(arguments: &RunArguments) -> Result<ExitCode, Box<dyn Error>> {
+pub(super) fn run(arguments: &RunArguments, registry: &Registry) -> Result<ExitCode, Box<dyn Error>> {
     let mut scene = Scene::read(&arguments.scene)?;
     scene.override_with(&Overrides {
         laws: arguments.law.clone(),
@@ -63,18 +63,16 @@ pub(super) fn run(arguments: &RunArguments) -> Result<ExitCode, Box<dyn Error>> 
         allow_unproved_theta: arguments.allow_unproved_theta,
         mesh: arguments.mesh.clone(),
     });
-    let runs = scene.runs()?;
+    let runs = scene.runs(registry)?;
     if scene.time.adaptive.is_some() && (arguments.checkpoint.is_some() || arguments.resume.is_some()) {
         return Err(
             "steps under error control leave no checkpoint: --checkpoint and --resume are for fixed steps"
                 .into(),
         );
     }
-    let interrupt = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupt);
-    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))?;
-    let session = Session { arguments, scene: &scene, runs: &runs, interrupt: &interrupt };
-    match (scene.scalar, scene::contact_dimension(&scene, &runs)?) {
+    let interrupt = interrupt_flag()?;
+    let session = Session { arguments, registry, scene: &scene, runs: &runs, interrupt };
+    match (scene.scalar, scene::contact_dimension(&scene, &runs, registry)?) {
         (ScalarName::F64, 1) => session.execute::<f64, 1>(),
         (ScalarName::F64, _) => session.execute::<f64, 2>(),
         (ScalarName::F32, 1) => session.execute::<f32, 1>(),
@@ -84,6 +82,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<ExitCode, Box<dyn Error>> 
 
 struct Session<'a> {
     arguments: &'a RunArguments,
+    registry: &'a Registry,
     scene: &'a Scene,
     runs: &'a [Run],
     interrupt: &'a AtomicBool,
@@ -92,7 +91,7 @@ struct Session<'a> {
 impl Session<'_> {
     fn execute<T: Scalar, const D: usize>(&self) -> Result<ExitCode, Box<dyn Error>> {
         // Everything is built and every file opened before the first step: bad input touches no older result.
-        let built = self.runs.iter().map(|run| scene::build::<T, D>(self.scene, run));
+        let built = self.runs.iter().map(|run| scene::build::<T, D>(self.scene, run, self.registry));
         let mut schemes = built.collect::<Result<Vec<_>, _>>()?;
         let shown = match schemes.first_mut() {
             Some(scheme) => shown(self.scene, scheme)?,

@@ -1,10 +1,10 @@
 //! Which degrees of freedom and which contact the figures show.
 
-use nonsmooth::contact::ContactId;
-use nonsmooth::linalg::BlockRows;
-use nonsmooth::scalar::Scalar;
-use nonsmooth::scene::{Planar, Scene, SceneError};
-use nonsmooth::system::MechanicalSystem;
+use crate::contact::ContactId;
+use crate::linalg::BlockRows;
+use crate::scalar::Scalar;
+use crate::scene::{Planar, Scene, SceneError};
+use crate::system::MechanicalSystem;
 
 /// Bodies up to which every pair is looked at when the first contact is sought.
 const FEW_BODIES: usize = 200;

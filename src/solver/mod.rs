@@ -13,6 +13,7 @@ mod conic_program;
 mod control;
 #[cfg(feature = "clarabel")]
 mod convex_fixed_point;
+mod entry;
 mod extragradient;
 #[cfg(feature = "clarabel")]
 mod feasibility;
@@ -42,13 +43,14 @@ pub use complementarity::Formulation;
 pub use control::{Control, Progress, Stopping, StoppingError};
 #[cfg(feature = "clarabel")]
 pub use convex_fixed_point::{ConvexFixedPoint, ConvexFixedPointSettings, Polish};
+pub use entry::{SolverEntry, family};
 pub use extragradient::{Extragradient, ExtragradientSettings, Projections};
 #[cfg(feature = "clarabel")]
 pub use feasibility::{Feasibility, feasibility};
 pub use hybrid::{Hybrid, HybridSettings};
 pub use nsgs::{Nsgs, NsgsSettings, Sweep};
 pub use proximal_newton::{ProximalNewton, ProximalNewtonSettings};
-pub use registry::{Description, Family, SOLVERS, UnknownSolver, build, describe};
+pub use registry::{Description, Family, SOLVERS, UnknownSolver, build, describe, families};
 pub use rescue::{Attempt, Attempts, Origin, RESCUE_TIME, rescue, solve_or_rescue};
 pub use semismooth_newton::{SemismoothNewton, SemismoothNewtonSettings};
 

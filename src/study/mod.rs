@@ -99,6 +99,8 @@ mod tables;
 
 use std::path::Path;
 
+use crate::registry::Registry;
+
 pub use error::StudyError;
 pub use errors::{ErrorRecorder, Errors, Norm};
 pub use format::{BudgetSpec, MarkSpec, ReferenceSpec};
@@ -157,14 +159,14 @@ impl Study {
     ///
     /// # Errors
     /// [`StudyError`] with the place of what is wrong.
-    pub fn read(path: &Path) -> Result<Self, StudyError> {
+    pub fn read(path: &Path, registry: &Registry) -> Result<Self, StudyError> {
         let text = std::fs::read_to_string(path).map_err(|source| StudyError::io(path, source))?;
         let (file, blocks) = format::StudyFile::parse(&text, path)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         if let Some(scene) = &file.scene {
             let scene = folder.join(scene);
-            return Ok(Self::Scene(Box::new(SceneStudy::new(file, blocks, &text, path, scene)?)));
+            return Ok(Self::Scene(Box::new(SceneStudy::new(registry, file, blocks, &text, path, scene)?)));
         }
-        Ok(Self::Problems(ProblemStudy::new(file, &blocks, &text, path)?))
+        Ok(Self::Problems(ProblemStudy::new(registry, file, &blocks, &text, path)?))
     }
 }

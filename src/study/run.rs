@@ -12,6 +12,7 @@ use super::plan::Job;
 use super::reference::Reference;
 use super::runner::Runner;
 use crate::observe::{Frame, ObserveError, Observer};
+use crate::registry::Registry;
 use crate::scalar::Scalar;
 use crate::scene::ScalarName;
 use crate::simulate;
@@ -57,20 +58,22 @@ impl<T: Scalar, const D: usize> Observer<T, D> for Counter {
 
 /// Makes the run of a job, then again until `least` seconds are timed; `None` where it was interrupted.
 pub(super) fn measure(
+    registry: &Registry,
     job: &Job,
     reference: &Arc<dyn Reference>,
     least: f64,
     stop: &AtomicBool,
 ) -> Option<Outcome> {
     match (job.settings.scalar, job.dimension) {
-        (ScalarName::F64, 1) => with::<f64, 1>(job, reference, least, stop),
-        (ScalarName::F64, _) => with::<f64, 2>(job, reference, least, stop),
-        (ScalarName::F32, 1) => with::<f32, 1>(job, reference, least, stop),
-        (ScalarName::F32, _) => with::<f32, 2>(job, reference, least, stop),
+        (ScalarName::F64, 1) => with::<f64, 1>(registry, job, reference, least, stop),
+        (ScalarName::F64, _) => with::<f64, 2>(registry, job, reference, least, stop),
+        (ScalarName::F32, 1) => with::<f32, 1>(registry, job, reference, least, stop),
+        (ScalarName::F32, _) => with::<f32, 2>(registry, job, reference, least, stop),
     }
 }
 
 fn with<T: Scalar, const D: usize>(
+    registry: &Registry,
     job: &Job,
     reference: &Arc<dyn Reference>,
     least: f64,
@@ -87,7 +90,7 @@ fn with<T: Scalar, const D: usize>(
         repeats: 0,
     };
     let mut counter = Counter::default();
-    let mut runner = match Runner::<T, D>::new(job) {
+    let mut runner = match Runner::<T, D>::new(job, registry) {
         Ok(runner) => runner,
         Err(error) => return Some(failed(error.to_string(), &counter)),
     };
@@ -103,7 +106,7 @@ fn with<T: Scalar, const D: usize>(
 
     let (mut cpu_seconds, mut wall_seconds, mut total, mut repeats) = (f64::INFINITY, f64::INFINITY, 0.0, 0);
     while repeats == 0 || (total < least && repeats < MOST_REPEATS) {
-        if let Err(message) = runner.rewind(job) {
+        if let Err(message) = runner.rewind(job, registry) {
             return Some(failed(message, &counter));
         }
         let (cpu, wall) = (ThreadTime::now(), Instant::now());

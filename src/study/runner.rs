@@ -5,6 +5,7 @@ use std::sync::atomic::AtomicBool;
 use super::plan::Job;
 use crate::laws::ContactLaw as _;
 use crate::observe::{Observer, RunInfo};
+use crate::registry::Registry;
 use crate::scalar::Scalar;
 use crate::scene::{PlanarStepper, SceneError, build};
 use crate::scheme::Snapshot;
@@ -19,20 +20,20 @@ pub(super) struct Runner<T: Scalar, const D: usize> {
 
 impl<T: Scalar, const D: usize> Runner<T, D> {
     /// The run of a job.
-    pub(super) fn new(job: &Job) -> Result<Self, SceneError> {
-        let scheme = build::<T, D>(&job.scene, &job.run)?;
+    pub(super) fn new(job: &Job, registry: &Registry) -> Result<Self, SceneError> {
+        let scheme = build::<T, D>(&job.scene, &job.run, registry)?;
         let start = scheme.snapshot();
         let stepper = Stepper::new(scheme, job.scene.time.adaptive_settings())?;
         Ok(Self { stepper, start, steps: job.run.steps })
     }
 
     /// Back to the start.
-    pub(super) fn rewind(&mut self, job: &Job) -> Result<(), String> {
+    pub(super) fn rewind(&mut self, job: &Job, registry: &Registry) -> Result<(), String> {
         match self.stepper.fixed() {
             Some(scheme) => scheme.restore(&self.start).map_err(|error| error.to_string()),
             // What error control has learnt is part of a run.
             None => {
-                *self = Self::new(job).map_err(|error| error.to_string())?;
+                *self = Self::new(job, registry).map_err(|error| error.to_string())?;
                 Ok(())
             }
         }

@@ -76,7 +76,7 @@ impl SceneStudy {
     ) -> Result<SceneResults, StudyError> {
         let least = self.jobs.iter().filter_map(Job::step).min_by(f64::total_cmp);
         let target = |job: &Job| {
-            let target = Target::new(&self.reference, job, least)?;
+            let target = Target::new(&self.registry, &self.reference, job, least)?;
             let key = target.key().map_err(|source| StudyError::io(folder, source))?;
             Ok((key, target))
         };
@@ -130,7 +130,9 @@ impl Tasks for SceneTasks<'_> {
             first.entry(self.targets[task].0).or_insert(task);
         });
         let tasks: Vec<usize> = first.into_values().collect();
-        let make = |task: usize, stop: &AtomicBool| self.targets[task].1.make(self.count, stop);
+        let make = |task: usize, stop: &AtomicBool| {
+            self.targets[task].1.make(&self.study.registry, self.count, stop)
+        };
         spread(self.options.threads, &tasks, stop, &make, &mut |task, reference| {
             self.references().insert(self.targets[task].0, reference);
             Ok(())
@@ -139,8 +141,8 @@ impl Tasks for SceneTasks<'_> {
 
     fn work(&self, task: usize, stop: &AtomicBool) -> Result<Option<Outcome>, StudyError> {
         let reference = self.references().get(&self.targets[task].0).cloned();
-        Ok(reference
-            .and_then(|reference| measure(&self.study.jobs[task], &reference, self.options.timed, stop)))
+        let (registry, job) = (&self.study.registry, &self.study.jobs[task]);
+        Ok(reference.and_then(|reference| measure(registry, job, &reference, self.options.timed, stop)))
     }
 }
 
