@@ -13,7 +13,7 @@ use elastic::{Scheme, authors_mesh, block_scheme, built_in_mesh};
 use nonsmooth::linalg::{Factor, Symmetric};
 use nonsmooth::mesh::{Mesh, Pattern};
 use nonsmooth::scheme::{ActivationRule, Part};
-use nonsmooth::system::{Hypothesis, MechanicalSystem};
+use nonsmooth::system::{Hypothesis, System};
 
 const PARTS: [(Part, &str); 6] = [
     (Part::FreeVelocity, "forces, solve down"),
@@ -70,7 +70,7 @@ fn fastest(repeat: usize, mut work: impl FnMut()) -> f64 {
 
 /// Seconds of the products with M and K, and of one pair of triangular solves with M̂.
 fn kernels(scheme: &Scheme<2>) -> ([f64; 3], usize) {
-    let system: &dyn MechanicalSystem<f64, 2> = scheme.system();
+    let system: &dyn System<f64, 2> = scheme.system();
     let free = system.prescribed().map_or(system.dofs(), |prescribed| prescribed.first());
     let stiffness = system.stiffness().expect("an elastic body");
     let h = scheme.settings().step;
@@ -155,7 +155,7 @@ fn growth() {
         });
         println!(
             "{size:>7} {unknowns:>9} {:>9} {:>12.1} {time:>10.2} {:>9.1} {entries:>12} {memory:>10.2} {:>10.1} {setup:>11.2}",
-            scheme.system().contact_count(),
+            scheme.system().geometry().map_or(0, |geometry| geometry.contact_count()),
             best[0] * 1e6,
             best[1] * 1e6,
             entries as f64 * 8.0 / 1024.0 / 1024.0,
@@ -168,7 +168,7 @@ fn growth() {
 #[cfg(feature = "outputs")]
 fn whole() {
     use nonsmooth::observe::{CsvFiles, Rates, RunInfo, SummaryRecorder};
-    use nonsmooth::simulate::simulate;
+    use nonsmooth::simulate::Stepper;
     use std::sync::atomic::AtomicBool;
 
     let Some(mesh) = authors_mesh() else { return };
@@ -177,17 +177,18 @@ fn whole() {
     println!("10⁴ steps on the authors' mesh, with the ledger and, second, with tables; seconds");
     for law in ["newton", "fremond"] {
         let run = |with_tables: bool| {
-            let mut scheme = scheme(mesh.clone(), law, "hybrid");
+            let scheme = scheme(mesh.clone(), law, "hybrid");
             let info = RunInfo::new(law, "hybrid", vec![law.into()], scheme.settings());
             let rates = Rates { trajectory: 100, contacts: 100, energy: 1 };
             let mut tables = CsvFiles::create(&folder, rates).expect("tables");
             let mut summary = SummaryRecorder::default();
+            let mut stepper = Stepper::from(scheme);
             let clock = Instant::now();
             let interrupt = AtomicBool::new(false);
             let ended = if with_tables {
-                simulate(&mut scheme, 10_000, &info, &mut [&mut tables, &mut summary], &interrupt)
+                stepper.run(10_000, &info, &mut [&mut tables, &mut summary], &interrupt)
             } else {
-                simulate(&mut scheme, 10_000, &info, &mut [], &interrupt)
+                stepper.run(10_000, &info, &mut [], &interrupt)
             };
             ended.expect("the block runs");
             tables.commit().expect("tables");

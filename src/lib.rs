@@ -1,7 +1,7 @@
 //! Nonsmooth contact dynamics: unilateral contact, impact and Coulomb friction, with contact laws and cone solvers
 //! that plug into one step loop.
 //!
-//! The Moreau–Jean θ-scheme ([`scheme::ThetaScheme`]) steps a [`system::MechanicalSystem`] under one
+//! The Moreau–Jean θ-scheme ([`scheme::ThetaScheme`]) steps a [`system::System`] under one
 //! [`laws::ContactLaw`] per interface, and solves the cone problem of each step ([`cone::ConeProblem`]) with a
 //! [`solver::ConeSolver`] chosen at construction. Data flows one way:
 //!
@@ -33,6 +33,8 @@ pub mod observe;
 #[cfg(feature = "figures")]
 pub mod plot;
 pub mod registry;
+#[cfg(feature = "scene")]
+pub mod run;
 pub mod scalar;
 #[cfg(feature = "scene")]
 pub mod scene;

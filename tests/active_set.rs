@@ -21,7 +21,7 @@ enum Side {
 }
 
 type Law = Box<dyn ContactLaw<f64, 2>>;
-type Bead = ThetaScheme<f64, 2, Lagrangian<f64, 2>, Law, Box<dyn ConeSolver<f64, 2>>>;
+type Bead = ThetaScheme<f64, 2>;
 
 fn bead(side: Side, speed: f64, law: Law, rule: ActivationRule, solver: &str) -> Bead {
     // The rules as they stand: contacts that last would be kept under any of them.
@@ -49,7 +49,7 @@ fn bead_with(
     let system = system.with_contact(0, contact).with_scales(1.0, 1.0);
     let settings = Settings { activation: Activation::new(rule), lasting, ..Settings::new(0.5, STEP) };
     let solver = solver::build(solver, Stopping::default()).expect("a registered solver");
-    ThetaScheme::new(system, vec![law], solver, settings, 0.0, vec![0.0, sign], vec![speed, 0.0])
+    ThetaScheme::new(Box::new(system), vec![law], solver, settings, 0.0, vec![0.0, sign], vec![speed, 0.0])
         .expect("a bead")
 }
 

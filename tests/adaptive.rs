@@ -17,7 +17,7 @@ use nonsmooth::adaptive::{Adaptive, AdaptiveError, AdaptiveSettings, Limit};
 use nonsmooth::mesh::Pattern;
 use nonsmooth::scene::{Overrides, Scene};
 use nonsmooth::scheme::{Settings, SetupError, State, Step, ThetaScheme};
-use nonsmooth::system::{Axis, ElasticBody, Hypothesis, MassForm, Material, Signal};
+use nonsmooth::system::{Axis, Dynamics, ElasticBody, Hypothesis, MassForm, Material, Signal};
 use regression::order;
 
 const TOLERANCES: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
@@ -243,9 +243,9 @@ fn shaken() -> elastic::Scheme<2> {
     let sine = Signal::Sine { frequency: 1.0, phase: 0.0 };
     builder.prescribe(elastic::TOP, Axis::Y, 0.01, sine).expect("the top");
     let body = builder.build().expect("a block");
-    let zeros = vec![0.0; nonsmooth::system::MechanicalSystem::<f64, 2>::dofs(&body)];
+    let zeros = vec![0.0; Dynamics::dofs(&body)];
     let solver = nonsmooth::solver::build("nsgs", nonsmooth::solver::Stopping::default()).expect("a solver");
-    ThetaScheme::new(body, vec![], solver, Settings::new(0.5, 1e-3), 0.0, zeros.clone(), zeros)
+    ThetaScheme::new(Box::new(body), vec![], solver, Settings::new(0.5, 1e-3), 0.0, zeros.clone(), zeros)
         .expect("a scheme")
 }
 
@@ -265,16 +265,8 @@ fn lengths_come_back_to_their_factors_and_to_their_steps() {
         let solver =
             nonsmooth::solver::build("nsgs", nonsmooth::solver::Stopping::to(1e-12)).expect("a solver");
         let (q, v) = (vec![0.0; 21], vec![-10.0; 21]);
-        ThetaScheme::<f64, 1, _, Box<dyn nonsmooth::laws::ContactLaw<f64, 1>>, _>::new(
-            bar,
-            vec![law],
-            solver,
-            Settings::new(0.5, 1e-3),
-            0.0,
-            q,
-            v,
-        )
-        .expect("a scheme")
+        ThetaScheme::<f64, 1>::new(Box::new(bar), vec![law], solver, Settings::new(0.5, 1e-3), 0.0, q, v)
+            .expect("a scheme")
     };
     let (mut plain, mut changed) = (make(), make());
     for _ in 0..50 {

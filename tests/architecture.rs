@@ -21,7 +21,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("file", &[]),
     ("plot", &["file"]),
     ("observe", &["contact", "energy", "file", "linalg", "mesh", "plot", "scalar", "scheme", "system"]),
-    ("simulate", &["adaptive", "laws", "observe", "scalar", "scheme", "solver", "system"]),
+    ("simulate", &["adaptive", "contact", "energy", "linalg", "mesh", "observe", "scalar", "scheme"]),
     ("fclib", &["cone", "file", "linalg", "scalar"]),
     (
         "scene",
@@ -43,6 +43,10 @@ const ROOMS: &[(&str, &[&str])] = &[
         ],
     ),
     ("collection", &["cone", "fclib", "file", "plot", "registry", "scalar", "solver"]),
+    (
+        "run",
+        &["contact", "file", "mesh", "observe", "plot", "registry", "scalar", "scene", "scheme", "simulate"],
+    ),
     (
         "study",
         &[
@@ -68,23 +72,17 @@ const ROOMS: &[(&str, &[&str])] = &[
     (
         "cli",
         &[
-            "adaptive",
             "collection",
-            "contact",
-            "file",
             "laws",
-            "linalg",
-            "mesh",
             "observe",
             "plot",
             "registry",
+            "run",
             "scalar",
             "scene",
-            "scheme",
             "simulate",
             "solver",
             "study",
-            "system",
         ],
     ),
     ("main", &["cli", "registry"]),

@@ -7,7 +7,7 @@ use nonsmooth::linalg::{FactorError, OperatorError, Symmetric};
 use nonsmooth::scheme::{Activation, Settings, SetupError, StepError, ThetaScheme};
 use nonsmooth::solver::{self, ConeSolver, SOLVERS, SolveError, Stopping, StoppingError, UnknownSolver};
 use nonsmooth::system::{
-    Body, Forces, Lagrangian, MechanicalSystem, RigidBodies, Signal, SmoothGap, SystemError,
+    Body, Dynamics, Forces, Lagrangian, RigidBodies, Signal, SmoothGap, System, SystemError,
 };
 
 const NOT_FINITE: [f64; 3] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
@@ -164,7 +164,7 @@ fn operators_refuse_what_is_not_symmetric_or_not_finite() {
     assert!(matches!(Symmetric::sparse(2, &[(2, 0, 1.0)]), Err(OperatorError::OutOfBounds { row: 2, .. })));
 }
 
-type Scheme = ThetaScheme<f64, 2, Lagrangian<f64, 2>, Fremond<f64>, Box<dyn ConeSolver<f64, 2>>>;
+type Scheme = ThetaScheme<f64, 2>;
 
 fn mass(entries: &[f64]) -> Symmetric<f64> {
     Symmetric::Diagonal(entries.to_vec())
@@ -196,7 +196,7 @@ fn scheme(
     v: &[f64],
 ) -> Result<Scheme, SetupError> {
     let solver = solver::build("nsgs", Stopping::default()).expect("registered");
-    ThetaScheme::new(system, vec![law()], solver, settings, 0.0, q.to_vec(), v.to_vec())
+    ThetaScheme::new(Box::new(system), vec![Box::new(law())], solver, settings, 0.0, q.to_vec(), v.to_vec())
 }
 
 fn settings() -> Settings<f64> {
@@ -244,9 +244,16 @@ fn the_scheme_refuses_states_and_sizes_that_are_wrong() {
     let error = scheme(particle(|q| q[0]), settings(), &[0.0; 2], &[1e200, 0.0]).expect_err("energy");
     assert!(matches!(error, SetupError::Energy { .. }), "{error}");
     let solver = solver::build::<f64, 2>("nsgs", Stopping::default()).expect("registered");
-    let none: Vec<Fremond<f64>> = Vec::new();
-    let error =
-        ThetaScheme::new(particle(|q| q[0]), none, solver, settings(), 0.0, vec![0.0; 2], vec![0.0; 2]);
+    let none = Vec::new();
+    let error = ThetaScheme::new(
+        Box::new(particle(|q| q[0])),
+        none,
+        solver,
+        settings(),
+        0.0,
+        vec![0.0; 2],
+        vec![0.0; 2],
+    );
     assert_eq!(error.expect_err("laws"), SetupError::Laws { interfaces: 1, laws: 0 });
     // An interface beyond every count of laws.
     let far =
@@ -382,8 +389,8 @@ fn a_law_of_the_user_that_gives_no_problem_is_refused() {
     let start = |law: Any| {
         let solver = solver::build::<f64, 2>("nsgs", Stopping::default()).expect("registered");
         ThetaScheme::new(
-            particle(|q| q[0]),
-            vec![law],
+            Box::new(particle(|q| q[0])),
+            vec![Box::new(law)],
             solver,
             settings(),
             0.0,
@@ -424,7 +431,7 @@ fn springs_dampers_and_loads_refuse_numbers_out_of_range() {
     }
     // What was refused left nothing behind.
     let system = builder.build().expect("a body");
-    assert!(MechanicalSystem::<f64, 1>::stiffness(&system).is_none());
-    assert!(MechanicalSystem::<f64, 1>::damping(&system).is_none());
-    assert!(!MechanicalSystem::<f64, 1>::forces(&system).varies());
+    assert!(Dynamics::stiffness(&system).is_none());
+    assert!(Dynamics::damping(&system).is_none());
+    assert!(!Dynamics::forces(&system).varies());
 }

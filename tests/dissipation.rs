@@ -10,7 +10,7 @@ fn registered_laws_keep_their_claim<const D: usize>() {
         let draw = |unit: &[f64]| -> Box<dyn ContactLaw<f64, D>> {
             laws::build(law.name, &law.draw(unit)).expect("drawn parameters are in range")
         };
-        check_law_in::<D, _>(&SUITE, law.parameters.len(), &draw)
+        check_law_in::<D>(&SUITE, law.parameters.len(), &draw)
             .unwrap_or_else(|failure| panic!("law `{}`: {failure}", law.name));
     }
 }

@@ -414,8 +414,8 @@ fn what_it_cannot_do_is_refused_and_what_was_done_is_kept() {
 
     let ball = |e: f64, q: &[f64], v: &[f64], end: f64, settings: Settings| {
         let system = point_on_floor().0.build().expect("a body");
-        integrate::<_, _, _, 2>(
-            system,
+        integrate::<2>(
+            Box::new(system),
             vec![law("newton", e, 0.0)],
             hybrid(),
             0.0,

@@ -13,7 +13,7 @@ use motion::{balances, close, hybrid, law, motion, rounding, state};
 use nonsmooth::event_driven::{Settings, integrate};
 use nonsmooth::scheme::ThetaScheme;
 use nonsmooth::solver::Stopping;
-use nonsmooth::system::{Body, MechanicalSystem, RigidBodies, Signal, polygon_body};
+use nonsmooth::system::{Body, Contacts, RigidBodies, Signal, System, polygon_body};
 use random_lagrangian::{RandomLagrangian, Storage};
 use regression::{log_spaced, order};
 use stream::Stream;
@@ -94,7 +94,7 @@ fn discs_in_a_box_stay_apart_and_lose_energy_until_they_rest_or_roll() {
         let mut stream = Stream(seed);
         let (system, q, v) = discs(&mut stream, 3);
         let laws = vec![law::<2>("fremond", 0.5, 0.3), law("fremond", 0.5, 0.3)];
-        let motion = integrate(system, laws, hybrid(), 0.0, q, v, 2.0, &Settings::default())
+        let motion = integrate(Box::new(system), laws, hybrid(), 0.0, q, v, 2.0, &Settings::default())
             .unwrap_or_else(|error| panic!("seed {seed}: {error}"));
         assert!(motion.impacts().len() > 100 && motion.mode_changes().len() > 5, "seed {seed}: {motion:?}");
         balances(&motion);
@@ -104,7 +104,7 @@ fn discs_in_a_box_stay_apart_and_lose_energy_until_they_rest_or_roll() {
             let time = 1e-3 * f64::from(i);
             let (q, _) = state(&motion, time);
             let mut candidates = Vec::new();
-            MechanicalSystem::<f64, 2>::candidates(&mut system, &q, f64::INFINITY, &mut candidates);
+            Contacts::<f64, 2>::candidates(&mut system, &q, f64::INFINITY, &mut candidates);
             let least = candidates.iter().map(|candidate| candidate.gap).fold(f64::INFINITY, f64::min);
             // Contacts close to the rounding of q, and what rests is brought back to its surface by it.
             assert!(least > -1e-13, "seed {seed}: a gap of {least:e} at {time}");
@@ -136,9 +136,17 @@ fn the_scheme_converges_to_the_motion_of_random_systems_with_three_contacts() {
         let end = 0.4;
         let settings = Settings::default();
         let system = drawn.system(Storage::Dense);
-        let motion =
-            integrate(system, laws(), hybrid(), 0.0, drawn.q.clone(), drawn.v.clone(), end, &settings)
-                .unwrap_or_else(|error| panic!("seed {seed}: {error}"));
+        let motion = integrate(
+            Box::new(system),
+            laws(),
+            hybrid(),
+            0.0,
+            drawn.q.clone(),
+            drawn.v.clone(),
+            end,
+            &settings,
+        )
+        .unwrap_or_else(|error| panic!("seed {seed}: {error}"));
         balances(&motion);
         // First order in h, with a constant that grows with every impact in a row: the slope over the decades tells.
         let steps = log_spaced(1e-5, 1e-3, 7);
@@ -146,9 +154,16 @@ fn the_scheme_converges_to_the_motion_of_random_systems_with_three_contacts() {
             let storage = [Storage::Sparse, if seed % 2 == 0 { Storage::Diagonal } else { Storage::Dense }];
             let system = drawn.system(storage[usize::from(h > 1e-4)]);
             let settings = nonsmooth::scheme::Settings::new(0.5, h);
-            let mut scheme =
-                ThetaScheme::new(system, laws(), hybrid(), settings, 0.0, drawn.q.clone(), drawn.v.clone())
-                    .expect("a scheme");
+            let mut scheme = ThetaScheme::new(
+                Box::new(system),
+                laws(),
+                hybrid(),
+                settings,
+                0.0,
+                drawn.q.clone(),
+                drawn.v.clone(),
+            )
+            .expect("a scheme");
             let mut worst = 0.0_f64;
             while scheme.state().time < end - h {
                 scheme.step().expect("three contacts");
@@ -173,7 +188,7 @@ fn piles_of_six_discs_come_to_rest_where_forces_in_the_cones_carry_their_weight(
     for (seed, name, friction, end) in PILES {
         let laws = || vec![law::<2>(name, 0.0, friction), law(name, 0.0, friction)];
         let (system, q, v) = pile(&mut Stream(seed), 6);
-        let motion = integrate(system, laws(), hybrid(), 0.0, q, v, end, &Settings::default())
+        let motion = integrate(Box::new(system), laws(), hybrid(), 0.0, q, v, end, &Settings::default())
             .unwrap_or_else(|error| panic!("{name}, μ = {friction}: {error}"));
         balances(&motion);
         let mut energy = f64::INFINITY;
@@ -193,7 +208,8 @@ fn piles_of_six_discs_come_to_rest_where_forces_in_the_cones_carry_their_weight(
         let (system, ..) = pile(&mut Stream(seed), 6);
         let (h, gravity, tolerance) = (1e-3, 10.0, Stopping::<f64>::default().tolerance);
         let settings = nonsmooth::scheme::Settings::new(0.5, h);
-        let mut scheme = ThetaScheme::new(system, laws(), hybrid(), settings, 0.0, q, v).expect("a scheme");
+        let mut scheme =
+            ThetaScheme::new(Box::new(system), laws(), hybrid(), settings, 0.0, q, v).expect("a scheme");
         scheme.step().expect("an equilibrium");
         let speed = scheme.state().v.iter().fold(0.0_f64, |speed, v| speed.max(v.abs()));
         // The lightest disc turns ten times as fast as it moves.

@@ -6,7 +6,7 @@ use nonsmooth::solver::{self, ConeSolver, Stopping};
 use nonsmooth::system::{RigidBodies, polygon_body};
 
 type Law = Box<dyn ContactLaw<f64, 2>>;
-type Scheme = ThetaScheme<f64, 2, RigidBodies<f64>, Law, Box<dyn ConeSolver<f64, 2>>>;
+type Scheme = ThetaScheme<f64, 2>;
 
 /// Pairs of squares, one above the other, each pair far from the next and thrown in its own way.
 fn scene(pairs: std::ops::Range<usize>) -> Scheme {
@@ -33,7 +33,7 @@ fn scene(pairs: std::ops::Range<usize>) -> Scheme {
     let solver = solver::build(solver::DEFAULT, Stopping::to(1e-12)).expect("registered");
     let activation = Activation::new(ActivationRule::PredictedGap);
     let settings = Settings { activation, ..Settings::new(0.6, 1e-3) };
-    ThetaScheme::new(builder.build().expect("bodies"), laws, solver, settings, 0.0, q, v)
+    ThetaScheme::new(Box::new(builder.build().expect("bodies")), laws, solver, settings, 0.0, q, v)
         .expect("a valid setup")
 }
 

@@ -9,25 +9,25 @@ use nonsmooth::laws::{self, ContactLaw};
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, SetupError, StepError, ThetaScheme};
 use nonsmooth::solver::{self, ConeSolver, SOLVERS, SolveError, Stopping};
 use nonsmooth::system::{
-    Body, BodyId, MechanicalSystem, NonlinearLagrangian, RigidBodies, RigidBodiesBuilder, SystemError,
+    Body, BodyId, Joints, NonlinearLagrangian, RigidBodies, RigidBodiesBuilder, System, SystemError,
     polygon_body,
 };
 
 type Law = Box<dyn ContactLaw<f64, 2>>;
-type Scheme<S = RigidBodies<f64>> = ThetaScheme<f64, 2, S, Law, Box<dyn ConeSolver<f64, 2>>>;
+type Scheme = ThetaScheme<f64, 2>;
 
-fn scheme<S: MechanicalSystem<f64, 2>>(
+fn scheme<S: System<f64, 2> + 'static>(
     system: S,
     (law, e, mu): (&str, f64, f64),
     solver: &str,
     (theta, h): (f64, f64),
     (q, v): (Vec<f64>, Vec<f64>),
-) -> Result<Scheme<S>, SetupError> {
+) -> Result<Scheme, SetupError> {
     let laws = (0..system.interfaces()).map(|_| laws::build(law, &[e, mu]).expect("registered")).collect();
     let solver = solver::build(solver, Stopping::to(1e-12)).expect("registered");
     let activation = Activation::new(ActivationRule::PredictedGap);
     let settings = Settings { activation, ..Settings::new(theta, h) };
-    ThetaScheme::new(system, laws, solver, settings, 0.0, q, v)
+    ThetaScheme::new(Box::new(system), laws, solver, settings, 0.0, q, v)
 }
 
 const ROD: Body<f64> = Body { mass: 1.0, inertia: 1.0 / 12.0 };
@@ -64,8 +64,8 @@ fn rods(q: [f64; 2], v: [f64; 2]) -> (Vec<f64>, Vec<f64>) {
 }
 
 fn opening(scheme: &Scheme) -> f64 {
-    let mut open = vec![0.0; MechanicalSystem::<f64, 2>::joint_rows(scheme.system())];
-    MechanicalSystem::<f64, 2>::joint_residual(scheme.system(), &scheme.state().q, &mut open);
+    let mut open = vec![0.0; scheme.system().joints().map_or(0, Joints::rows)];
+    scheme.system().joints().expect("joints").residual(&scheme.state().q, &mut open);
     open.iter().fold(0.0, |most, x| f64::max(most, x.abs()))
 }
 

@@ -4,9 +4,9 @@ use nonsmooth::adaptive::{Adaptive, AdaptiveError, AdaptiveSettings};
 use nonsmooth::laws::{self, ContactLaw};
 use nonsmooth::scheme::{Settings, SetupError, ThetaScheme};
 use nonsmooth::solver::{self, ConeSolver, Stopping};
-use nonsmooth::system::{Body, BodyId, MechanicalSystem, RigidBodies, RigidBodiesBuilder};
+use nonsmooth::system::{Body, BodyId, Contacts, Joints, RigidBodies, RigidBodiesBuilder, System};
 
-type Scheme = ThetaScheme<f64, 2, RigidBodies<f64>, Box<dyn ContactLaw<f64, 2>>, Box<dyn ConeSolver<f64, 2>>>;
+type Scheme = ThetaScheme<f64, 2>;
 
 const LENGTH: f64 = 0.3;
 
@@ -82,17 +82,17 @@ impl Rods {
             self.builder.interface(self.group, group).expect("two groups");
         }
         let system = self.builder.build().expect("bodies");
-        let interfaces = MechanicalSystem::<f64, 2>::interfaces(&system);
+        let interfaces = Contacts::<f64, 2>::interfaces(&system);
         let laws =
             (0..interfaces).map(|_| laws::build(law.0, &[law.1, law.2]).expect("registered")).collect();
         let solver = solver::build("hybrid", Stopping::default()).expect("registered");
-        ThetaScheme::new(system, laws, solver, Settings::new(theta, h), 0.0, self.q, self.v)
+        ThetaScheme::new(Box::new(system), laws, solver, Settings::new(theta, h), 0.0, self.q, self.v)
     }
 }
 
 fn opening(scheme: &Scheme) -> f64 {
-    let mut open = vec![0.0; MechanicalSystem::<f64, 2>::joint_rows(scheme.system())];
-    MechanicalSystem::<f64, 2>::joint_residual(scheme.system(), &scheme.state().q, &mut open);
+    let mut open = vec![0.0; scheme.system().joints().map_or(0, Joints::rows)];
+    scheme.system().joints().expect("joints").residual(&scheme.state().q, &mut open);
     open.iter().fold(0.0, |most, x| f64::max(most, x.abs()))
 }
 
@@ -198,8 +198,8 @@ fn a_tolerance_of_joints_below_rounding_is_refused_by_name() {
         let solver: Box<dyn ConeSolver<f64, 2>> =
             solver::build("nsgs", Stopping::default()).expect("registered");
         let laws: Vec<Box<dyn ContactLaw<f64, 2>>> = Vec::new();
-        let error =
-            ThetaScheme::new(system, laws, solver, settings, 0.0, rods.q, rods.v).expect_err("refused");
+        let error = ThetaScheme::new(Box::new(system), laws, solver, settings, 0.0, rods.q, rods.v)
+            .expect_err("refused");
         assert!(matches!(error, SetupError::JointTolerance { .. }), "{error}");
         assert!(error.to_string().contains("rounding"), "{error}");
     }

@@ -7,7 +7,7 @@ use nonsmooth::adaptive::{Adaptive, AdaptiveSettings};
 use nonsmooth::event_driven::Settings;
 use nonsmooth::registry::Registry;
 use nonsmooth::scalar::{Scalar, lit};
-use nonsmooth::scene::{Run, ScalarName, Scene, build, contact_dimension, event_driven};
+use nonsmooth::scene::{PlannedRun, ScalarName, Scene, build, contact_dimension, event_driven};
 use proptest::prelude::*;
 
 /// Discs and polygons, loads, joints, elastic bodies, error control.
@@ -149,7 +149,7 @@ fn attempt<T: Scalar, const D: usize>(scene: &Scene) -> String {
 }
 
 /// The beginning of the run under error control.
-fn adapt<T: Scalar, const D: usize>(scene: &Scene, run: &Run) -> Result<(), String> {
+fn adapt<T: Scalar, const D: usize>(scene: &Scene, run: &PlannedRun) -> Result<(), String> {
     let scheme = build::<T, D>(scene, run, &Registry::default()).map_err(|error| error.to_string())?;
     let end = lit::<T>(scene.time.step * STEPS as f64);
     let Ok(mut driver) = Adaptive::new(scheme, AdaptiveSettings::new(lit(1e-2), end)) else { return Ok(()) };

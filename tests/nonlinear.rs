@@ -9,10 +9,10 @@ use nalgebra::{DMatrix, Vector2};
 use nonsmooth::laws;
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, SetupError, StepError, ThetaScheme};
 use nonsmooth::solver::{Nsgs, NsgsSettings, Stopping};
-use nonsmooth::system::{Dynamics, Forces, MechanicalSystem, NonlinearLagrangian, SmoothGap};
+use nonsmooth::system::{Contacts, Forces, NonlinearLagrangian, NonlinearTerms, SmoothGap};
 
 type Law = Box<dyn laws::ContactLaw<f64, 2>>;
-type Scheme = ThetaScheme<f64, 2, NonlinearLagrangian<f64, 2>, Law, Nsgs<f64, 2>>;
+type Scheme = ThetaScheme<f64, 2>;
 
 fn try_scheme(
     system: NonlinearLagrangian<f64, 2>,
@@ -20,13 +20,13 @@ fn try_scheme(
     (theta, h): (f64, f64),
     (q, v): (&[f64], &[f64]),
 ) -> Result<Scheme, SetupError> {
-    let laws: Vec<Law> = (0..MechanicalSystem::<f64, 2>::interfaces(&system))
+    let laws: Vec<Law> = (0..Contacts::<f64, 2>::interfaces(&system))
         .map(|_| laws::build(law, &[e, mu]).expect("registered"))
         .collect();
     let solver = Nsgs::new(NsgsSettings { stopping: Stopping::to(1e-13), ..NsgsSettings::default() });
     let activation = Activation::new(ActivationRule::PredictedGap);
     let settings = Settings { activation, allow_unproved_theta: true, ..Settings::new(theta, h) };
-    ThetaScheme::new(system, laws, solver, settings, 0.0, q.to_vec(), v.to_vec())
+    ThetaScheme::new(Box::new(system), laws, Box::new(solver), settings, 0.0, q.to_vec(), v.to_vec())
 }
 
 fn scheme(
@@ -45,7 +45,7 @@ struct Rod;
 const HALF: f64 = 0.5;
 const GRAVITY: f64 = 10.0;
 
-impl Dynamics<f64> for Rod {
+impl NonlinearTerms<f64> for Rod {
     fn mass(&self, q: &[f64], out: &mut DMatrix<f64>) {
         let (sin, cos) = q[2].sin_cos();
         let (x, y) = (-HALF * cos, -HALF * sin);
@@ -126,7 +126,7 @@ fn the_spinning_rod_bounces_as_the_rigid_body_does_and_its_balance_closes() {
 #[derive(Debug)]
 struct Damped(DoublePendulum);
 
-impl Dynamics<f64> for Damped {
+impl NonlinearTerms<f64> for Damped {
     fn mass(&self, q: &[f64], out: &mut DMatrix<f64>) {
         self.0.mass(q, out);
     }
@@ -218,7 +218,7 @@ fn fremond_never_gains_at_kanes_pendulum_for_any_theta_it_claims() {
 #[derive(Debug)]
 struct Failing;
 
-impl Dynamics<f64> for Failing {
+impl NonlinearTerms<f64> for Failing {
     fn mass(&self, q: &[f64], out: &mut DMatrix<f64>) {
         out.fill(1.0 - q[0]);
     }

@@ -11,9 +11,9 @@ use nonsmooth::adaptive::{Adaptive, AdaptiveSettings};
 use nonsmooth::laws::ContactLaw;
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, ThetaScheme};
 use nonsmooth::solver::ConeSolver;
-use nonsmooth::system::{Body, BodyId, MechanicalSystem, RigidBodies, RigidBodiesBuilder};
+use nonsmooth::system::{Body, BodyId, Contacts, RigidBodies, RigidBodiesBuilder, System};
 
-type Scheme = ThetaScheme<f64, 2, RigidBodies<f64>, Box<dyn ContactLaw<f64, 2>>, Box<dyn ConeSolver<f64, 2>>>;
+type Scheme = ThetaScheme<f64, 2>;
 
 const STEP: f64 = 1e-3;
 const RADIUS: f64 = 0.005;
@@ -82,7 +82,8 @@ impl Bodies {
         let settings = Settings { activation, sleep, allow_unproved_theta: true, ..Settings::new(0.5, STEP) };
         let laws = vec![law(name, restitution, 0.0)];
         let system = self.builder.build().expect("bodies");
-        ThetaScheme::new(system, laws, hybrid(), settings, 0.0, self.q, self.v).expect("a valid setup")
+        ThetaScheme::new(Box::new(system), laws, hybrid(), settings, 0.0, self.q, self.v)
+            .expect("a valid setup")
     }
 }
 
@@ -229,10 +230,10 @@ fn what_moves_less_than_others_are_thick_is_left_to_the_ordinary_candidates() {
     let v: Vec<f64> =
         (0..n).map(|i| if i % 3 == 0 { speed * f64::powi(-1.0, i as i32) } else { 0.0 }).collect();
     let mut out = Vec::new();
-    MechanicalSystem::<f64, 2>::candidates(&mut system, &q, 0.1, &mut out);
+    Contacts::<f64, 2>::candidates(&mut system, &q, 0.1, &mut out);
     let (before, mut times) = (out.clone(), Vec::new());
     let mut sweep = |v: &[f64], out: &mut Vec<_>, times: &mut Vec<_>| {
-        MechanicalSystem::<f64, 2>::swept_candidates(&mut system, &q, (STEP, v), &[], out, times);
+        Contacts::<f64, 2>::swept_candidates(&mut system, &q, (STEP, v), &[], out, times);
     };
     sweep(&v, &mut out, &mut times);
     assert!(!before.is_empty() && times.is_empty() && out == before, "{times:?}");

@@ -3,7 +3,7 @@
 use nonsmooth::contact::{Candidate, ContactId};
 use nonsmooth::linalg::BlockRows;
 use nonsmooth::system::{
-    Body, GroupId, MechanicalSystem, RigidBodies, RigidBodiesBuilder, SystemError, polygon_body,
+    Body, Contacts, GroupId, RigidBodies, RigidBodiesBuilder, System, SystemError, polygon_body,
 };
 
 type Scene = (RigidBodiesBuilder<f64>, GroupId);
@@ -31,7 +31,7 @@ const SQUARE: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0
 
 fn candidates(system: &mut RigidBodies<f64>, q: &[f64], reach: f64) -> Vec<Candidate<f64>> {
     let mut out = Vec::new();
-    MechanicalSystem::<f64, 2>::candidates(system, q, reach, &mut out);
+    Contacts::<f64, 2>::candidates(system, q, reach, &mut out);
     out.sort_by_key(|candidate| candidate.id);
     out
 }

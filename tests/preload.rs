@@ -4,7 +4,7 @@ use nonsmooth::laws;
 use nonsmooth::mesh::{Pattern, rectangle};
 use nonsmooth::scheme::{Activation, ActivationRule, EquilibriumError, Settings, ThetaScheme, equilibrium};
 use nonsmooth::solver::{self, Stopping};
-use nonsmooth::system::{ElasticBody, Hypothesis, Material, MechanicalSystem};
+use nonsmooth::system::{Dynamics, ElasticBody, Hypothesis, Material, System};
 
 const YOUNG: f64 = 1e6;
 const DENSITY: f64 = 1e3;
@@ -24,15 +24,15 @@ fn block((width, height): (f64, f64), size: f64, pattern: Pattern, slope: f64) -
 
 fn resolve(body: &mut ElasticBody<f64>, friction: f64) -> Result<Vec<f64>, EquilibriumError> {
     let mut solver = solver::build::<f64, 2>(solver::DEFAULT, Stopping::to(1e-13)).expect("registered");
-    equilibrium(body, &[friction], &mut solver, 0.0, true)
+    equilibrium(body, &[friction], &mut *solver, 0.0, true)
 }
 
 /// K q − F, the contact forces with the sign of reactions; zero but at the nodes that touch.
 fn reactions(body: &ElasticBody<f64>, q: &[f64]) -> Vec<f64> {
-    let stiffness = MechanicalSystem::<f64, 2>::stiffness(body).expect("elastic");
+    let stiffness = Dynamics::stiffness(body).expect("elastic");
     let mut left = q.to_vec();
     stiffness.multiply(q, &mut left);
-    let force = MechanicalSystem::<f64, 2>::forces(body).constant_part();
+    let force = Dynamics::forces(body).constant_part();
     left.iter().zip(force).map(|(k, f)| k - f).collect()
 }
 
@@ -75,8 +75,8 @@ fn assert_stands(what: &str, make: impl Fn() -> ElasticBody<f64>, q: &[f64], fri
         let activation = Activation::new(ActivationRule::PredictedGap);
         let settings = Settings { activation, allow_unproved_theta: true, ..Settings::new(0.5, 1e-4) };
         let v = vec![0.0; q.len()];
-        let mut scheme =
-            ThetaScheme::new(make(), vec![law], solver, settings, 0.0, q.to_vec(), v).expect("a scheme");
+        let mut scheme = ThetaScheme::new(Box::new(make()), vec![law], solver, settings, 0.0, q.to_vec(), v)
+            .expect("a scheme");
         let mut fastest = 0.0_f64;
         for _ in 0..1000 {
             scheme.step().expect("a step at rest");

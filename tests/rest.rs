@@ -3,10 +3,10 @@
 use nonsmooth::laws::{self, ContactLaw};
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, SetupError, ThetaScheme};
 use nonsmooth::solver::{self, ConeSolver, Stopping};
-use nonsmooth::system::{Body, RigidBodies, polygon_body};
+use nonsmooth::system::{Body, Describe, RigidBodies, polygon_body};
 
 type Law = Box<dyn ContactLaw<f64, 2>>;
-type Scheme = ThetaScheme<f64, 2, RigidBodies<f64>, Law, Box<dyn ConeSolver<f64, 2>>>;
+type Scheme = ThetaScheme<f64, 2>;
 
 const STACKS: usize = 5;
 const G: f64 = 10.0;
@@ -39,7 +39,7 @@ fn scene(sleep: bool) -> Scheme {
     let activation =
         Activation { gap_tolerance: Some(1e-9), ..Activation::new(ActivationRule::PredictedGap) };
     let settings = Settings { activation, sleep, ..Settings::new(0.8, 1e-3) };
-    ThetaScheme::new(builder.build().expect("bodies"), laws, solver, settings, 0.0, q, v)
+    ThetaScheme::new(Box::new(builder.build().expect("bodies")), laws, solver, settings, 0.0, q, v)
         .expect("a valid setup")
 }
 
@@ -86,8 +86,7 @@ fn what_sleeps_stands_as_if_it_were_computed_and_wakes_when_touched() {
     assert!(apart <= 1e-10, "{apart:e}");
     for stack in 1..STACKS {
         let held = asleep.last_step().contacts.iter().filter(|contact| {
-            let label =
-                nonsmooth::system::MechanicalSystem::<f64, 2>::contact_label(asleep.system(), contact.id);
+            let label = Describe::contact_label(asleep.system(), contact.id);
             label.starts_with(&format!("square {stack} at 0.5")) && label.ends_with("floor")
         });
         let weight = held.map(|contact| contact.percussion[0] / 1e-3).sum::<f64>();
@@ -155,7 +154,7 @@ fn what_only_turns_around_does_not_fall_asleep() {
     let (q, v) = (vec![0.0, 0.2, 0.0], vec![0.5, 0.0, -2.5]);
     let system = builder.build().expect("a body");
     let mut scheme: Scheme =
-        ThetaScheme::new(system, vec![law], solver, settings, 0.0, q, v).expect("a valid setup");
+        ThetaScheme::new(Box::new(system), vec![law], solver, settings, 0.0, q, v).expect("a valid setup");
     for _ in 0..1000 {
         scheme.step().expect("a disc");
     }

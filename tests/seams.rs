@@ -9,7 +9,7 @@ const G: f64 = 9.81;
 const H: f64 = 1e-3;
 
 type Law = Box<dyn laws::ContactLaw<f64, 2>>;
-type Scheme = ThetaScheme<f64, 2, RigidBodies<f64>, Law, Box<dyn ConeSolver<f64, 2>>>;
+type Scheme = ThetaScheme<f64, 2>;
 
 /// What slides.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,7 +79,8 @@ fn scene(slider: Slider, ground: Ground, law: &str, (e, mu): (f64, f64), speed: 
     let solver = solver::build(solver::DEFAULT, Stopping::default()).expect("registered");
     let settings = Settings { allow_unproved_theta: true, ..Settings::new(0.5, H) };
     let system = builder.build().expect("a scene");
-    ThetaScheme::new(system, (0..count).map(law).collect(), solver, settings, 0.0, q, v).expect("a setup")
+    ThetaScheme::new(Box::new(system), (0..count).map(law).collect(), solver, settings, 0.0, q, v)
+        .expect("a setup")
 }
 
 /// Steps until x = 2.5 or the time is up: largest |y − y₀|, |v_y| and turn of the slider.

@@ -12,7 +12,7 @@ use nonsmooth::system::{Body, RigidBodies, RigidBodiesBuilder, polygon_body};
 const G: f64 = 9.81;
 
 type Law = Box<dyn ContactLaw<f64, 2>>;
-type Scheme = ThetaScheme<f64, 2, RigidBodies<f64>, Law, Box<dyn ConeSolver<f64, 2>>>;
+type Scheme = ThetaScheme<f64, 2>;
 
 /// Numbers that are the same in every run (splitmix64).
 struct Draw(u64);
@@ -241,7 +241,11 @@ fn scheme(case: usize) -> (String, bool, Scheme) {
     let system = builder.build().expect("a scene");
     let v = vec![0.0; q.len()];
     let name = format!("{kind} {case}, {law}, e = {e}, μ = {friction}, h = {h:.1e}, {} bodies", q.len() / 3);
-    (name, at_rest, ThetaScheme::new(system, laws, solver, settings, 0.0, q, v).expect("a valid setup"))
+    (
+        name,
+        at_rest,
+        ThetaScheme::new(Box::new(system), laws, solver, settings, 0.0, q, v).expect("a valid setup"),
+    )
 }
 
 #[test]

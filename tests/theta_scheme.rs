@@ -14,7 +14,7 @@ use random_lagrangian::{RandomLagrangian, Storage};
 use stream::Stream;
 
 type Law<const D: usize> = Box<dyn ContactLaw<f64, D>>;
-type Scheme<const D: usize> = ThetaScheme<f64, D, Lagrangian<f64, D>, Law<D>, Box<dyn ConeSolver<f64, D>>>;
+type Scheme<const D: usize> = ThetaScheme<f64, D>;
 
 /// Accuracy asked of the solvers, on the scaled residual.
 const TOLERANCE: f64 = 1e-12;
@@ -27,7 +27,7 @@ fn scheme<const D: usize>(
     state: &RandomLagrangian<D>,
 ) -> Result<Scheme<D>, SetupError> {
     let solver = solver::build(solver, Stopping::to(TOLERANCE)).expect("a registered solver");
-    ThetaScheme::new(system, laws, solver, settings, 0.0, state.q.clone(), state.v.clone())
+    ThetaScheme::new(Box::new(system), laws, solver, settings, 0.0, state.q.clone(), state.v.clone())
 }
 
 fn free(stream: &mut Stream, storage: Storage, theta: f64) -> Scheme<1> {

@@ -107,7 +107,7 @@ fn impact<const D: usize>(name: &str, stream: &mut Stream, tally: &mut Tally) {
         solver::build(solver::DEFAULT, stopping).expect("the default solver");
     let activation = Activation::new(ActivationRule::CurrentGap);
     let settings = Settings { activation, ..Settings::new(theta, 1e-3) };
-    let mut scheme = ThetaScheme::new(system, laws, solver, settings, 0.0, vec![0.0; n], v)
+    let mut scheme = ThetaScheme::new(Box::new(system), laws, solver, settings, 0.0, vec![0.0; n], v)
         .expect("a random system within its ranges");
     let energy = scheme.last_step().energies.mechanical();
     tally.systems += 1;

@@ -4,13 +4,13 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use nonsmooth::plot::{Figure, Panel, PlotError, Series, Style};
-use nonsmooth::system::RigidBodies;
+use nonsmooth::system::Describe;
 
 use crate::cases::support::{Outcome, Scheme, drive};
 use crate::cases::{Choice, masonry, pendulum, stacks};
 
 /// The outlines of the bodies, a gap between one and the next.
-fn shapes(title: &str, system: &RigidBodies<f64>, q: &[f64], take: usize) -> Panel {
+fn shapes(title: &str, system: &dyn Describe<f64>, q: &[f64], take: usize) -> Panel {
     let (mut x, mut y) = (Vec::new(), Vec::new());
     for outline in system.outlines(q, 24).into_iter().take(take) {
         x.extend(outline.iter().map(|p| p[0]).chain([f64::NAN]));

@@ -158,21 +158,3 @@ pub trait ContactLaw<T: Scalar, const D: usize>: Debug + Send + Sync {
         self.dissipative_theta()
     }
 }
-
-impl<T: Scalar, const D: usize, L: ContactLaw<T, D> + ?Sized> ContactLaw<T, D> for Box<L> {
-    fn name(&self) -> &str {
-        (**self).name()
-    }
-    fn respond(&self, at: &Approach<T, D>) -> Response<T, D> {
-        (**self).respond(at)
-    }
-    fn rubs(&self) -> bool {
-        (**self).rubs()
-    }
-    fn dissipative_theta(&self) -> Option<RangeInclusive<T>> {
-        (**self).dissipative_theta()
-    }
-    fn lasting_theta(&self) -> Option<RangeInclusive<T>> {
-        (**self).lasting_theta()
-    }
-}

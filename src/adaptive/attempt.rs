@@ -3,11 +3,9 @@
 use super::AdaptiveError;
 use super::driver::{Adaptive, Record, SMOOTH};
 use super::events::Meeting;
-use crate::laws::ContactLaw;
+use crate::linalg::{axpy, max_abs};
 use crate::scalar::{Scalar, epsilon, lit};
 use crate::scheme::{ContactStep, StepError};
-use crate::solver::ConeSolver;
-use crate::system::MechanicalSystem;
 
 /// What is left of a difference beyond its rounding.
 fn beyond<T: Scalar>(difference: T, rounding: T) -> T {
@@ -52,13 +50,7 @@ fn larger<T: Scalar>(x: T, y: T) -> T {
     nalgebra::RealField::max(x, y)
 }
 
-impl<T, const D: usize, S, L, V> Adaptive<T, D, S, L, V>
-where
-    T: Scalar,
-    S: MechanicalSystem<T, D>,
-    L: ContactLaw<T, D>,
-    V: ConeSolver<T, D>,
-{
+impl<T: Scalar, const D: usize> Adaptive<T, D> {
     /// Makes one step of the scheme.
     fn make(&mut self, length: T) -> Result<Result<(), StepError>, AdaptiveError> {
         self.scheme.set_step(length)?;
@@ -105,8 +97,7 @@ where
         };
         let smooth = same == Some(signature) && self.is_midpoint();
         let order = if smooth { lit::<T>(2.0) } else { T::one() };
-        let state = self.scheme.state();
-        let difference = self.distance((&self.ahead.0, &self.ahead.1), (&state.q, &state.v));
+        let difference = self.distance_ahead();
         let error = difference / if smooth { lit::<T>(8.0) } else { lit::<T>(2.0) };
         let hidden = self.unresolved_force(size);
         if hidden > T::one() {
@@ -206,15 +197,20 @@ where
 
     /// The error of three steps at θ = ½, whose local errors are h³/12 times the third derivatives of q and of v, by
     /// their third differences.
-    fn third_differences(&self) -> T {
+    fn third_differences(&mut self) -> T {
         let (mut q, mut v) = (T::zero(), T::zero());
         let [one, two, three] = &self.records;
-        let difference =
-            |a: T, b: T, c: T, d: T| nalgebra::ComplexField::abs((d - a) - lit::<T>(3.0) * (c - b));
+        let system = self.scheme.system();
+        let [first, second, third] = &mut self.motions;
+        system.difference(&self.start.q, &one.state.q, first);
+        system.difference(&one.state.q, &two.state.q, second);
+        system.difference(&two.state.q, &three.state.q, third);
         for (i, &weight) in self.weights.iter().enumerate() {
-            let of = |a: &[T], b: &[T], c: &[T], d: &[T]| weight * difference(a[i], b[i], c[i], d[i]);
-            q = larger(q, of(&self.start.q, &one.state.q, &two.state.q, &three.state.q));
-            v = larger(v, of(&self.start.v, &one.state.v, &two.state.v, &three.state.v));
+            let turned = (third[i] - second[i]) - (second[i] - first[i]);
+            q = larger(q, weight * nalgebra::ComplexField::abs(turned));
+            let of = |x: &Record<T, D>| x.state.v[i];
+            let bent = (of(three) - self.start.v[i]) - lit::<T>(3.0) * (of(two) - of(one));
+            v = larger(v, weight * nalgebra::ComplexField::abs(bent));
         }
         let (rounding_q, rounding_v) = self.rounding();
         (beyond(q, rounding_q) + beyond(v, rounding_v) * self.remaining()) * lit::<T>(0.25)
@@ -228,8 +224,15 @@ where
         };
         let unit = lit::<T>(STATE_ROUNDING) * epsilon::<T>();
         let state = self.scheme.state();
+        let largest_place = |q: &[T]| {
+            if self.scheme.system().is_flat() {
+                return largest(q);
+            }
+            // Components of q are no degrees of freedom: the most that any of them may count.
+            self.weights.iter().fold(T::zero(), |most, &w| larger(most, w)) * max_abs(q)
+        };
         (
-            unit * larger(largest(&self.start.q), largest(&state.q)),
+            unit * larger(largest_place(&self.start.q), largest_place(&state.q)),
             unit * larger(largest(&self.start.v), largest(&state.v)),
         )
     }
@@ -244,15 +247,15 @@ where
         if !self.scheme.system().forces().varies() || !self.scheme.last_step().contacts.iter().any(sticks) {
             return T::zero();
         }
-        let Self { scheme, point, ahead, weights, start, .. } = self;
-        let (from, force, sum) = (start.time(), point, &mut ahead.0);
+        let Self { scheme, motions: [force, sum, _], weights, start, .. } = self;
+        let from = start.time();
         let mut largest = T::zero();
         // Second differences over the four ends of steps.
         for offset in 0..2 {
             sum.fill(T::zero());
             for (i, factor) in [(0, T::one()), (1, -lit::<T>(2.0)), (2, T::one())] {
                 scheme.system().forces().at(from + third * lit::<T>((offset + i) as f64), force);
-                crate::linalg::axpy(sum, factor, force);
+                axpy(sum, factor, force);
             }
             scheme.accelerate(sum);
             let bend = sum.iter().zip(&*weights).map(|(&a, &w)| w * nalgebra::ComplexField::abs(a));
@@ -263,12 +266,14 @@ where
         hidden / (self.settings.tolerance * lit::<T>(HIDDEN))
     }
 
-    /// e_q + (T − t) e_v of the distance between two states, as a share of the scene's length, beyond their rounding.
-    fn distance(&self, one: (&[T], &[T]), other: (&[T], &[T])) -> T {
+    /// e_q + (T − t) e_v of the distance between the state ahead and the one reached, as a share of the scene's length, beyond their rounding.
+    fn distance_ahead(&mut self) -> T {
         let (mut q, mut v) = (T::zero(), T::zero());
+        let (state, [motion, ..]) = (self.scheme.state(), &mut self.motions);
+        self.scheme.system().difference(&state.q, &self.ahead.0, motion);
         for (i, &weight) in self.weights.iter().enumerate() {
-            q = larger(q, weight * nalgebra::ComplexField::abs(one.0[i] - other.0[i]));
-            v = larger(v, weight * nalgebra::ComplexField::abs(one.1[i] - other.1[i]));
+            q = larger(q, weight * nalgebra::ComplexField::abs(motion[i]));
+            v = larger(v, weight * nalgebra::ComplexField::abs(self.ahead.1[i] - state.v[i]));
         }
         let (rounding_q, rounding_v) = self.rounding();
         beyond(q, rounding_q) + beyond(v, rounding_v) * self.remaining()
@@ -281,21 +286,20 @@ where
         if !(size <= longer * lit::<T>(0.9)) {
             return None;
         }
-        let Self { start, path, point, ahead, .. } = self;
-        path.at(&start.q, &start.v, size, point);
+        let Self { scheme, start, path, ahead, .. } = self;
+        path.at(scheme.system(), (&start.q, &start.v), size, &mut ahead.0);
         ahead
             .1
             .iter_mut()
             .zip(start.v.iter().zip(path.acceleration()))
             .for_each(|(x, (&v, &a))| *x = v + size * a);
-        let state = self.scheme.state();
-        let difference = self.distance((&self.point, &self.ahead.1), (&state.q, &state.v));
+        let difference = self.distance_ahead();
         Some(difference * longer / (longer - size))
     }
 
     fn set_path(&mut self, size: T) {
         let Self { scheme, start, path, weights, .. } = self;
-        path.set(&start.q, &start.v, &scheme.state().q, size);
+        path.set(scheme.system(), (&start.q, &start.v), &scheme.state().q, size);
         let terms = path.acceleration().iter().zip(&*weights);
         let largest = terms.fold(T::zero(), |a, (&x, &w)| larger(a, w * nalgebra::ComplexField::abs(x)));
         // A short path shows the rounding of its ends: what was known before stands where it cannot tell better.
@@ -362,7 +366,7 @@ fn signature<T: Scalar, const D: usize>(contacts: &[ContactStep<T, D>], still: T
             true if slides(contact, still) => 1,
             true => 2,
         };
-        (hash ^ contact.id.0.wrapping_mul(4).wrapping_add(state)).wrapping_mul(0x0100_0000_01b3)
+        (hash ^ contact.id.number().wrapping_mul(4).wrapping_add(state)).wrapping_mul(0x0100_0000_01b3)
     })
 }
 

@@ -8,11 +8,9 @@ use super::events::Near;
 use super::path::Path;
 use super::{AdaptiveError, AdaptiveSettings, Limit};
 use crate::contact::Candidate;
-use crate::laws::ContactLaw;
 use crate::scalar::{Scalar, epsilon, lit, to_f64};
 use crate::scheme::{Saved, SetupError, State, Step, ThetaScheme};
-use crate::solver::ConeSolver;
-use crate::system::MechanicalSystem;
+use crate::system::{Joints, System};
 
 /// γ, the gap that counts as closed, as a share of ε L.
 const CLOSED: f64 = 1e-4;
@@ -62,8 +60,8 @@ pub(super) struct Record<T: Scalar, const D: usize> {
 ///
 /// Warm steps allocate nothing, but where the scheme has to factor M̂ for a length it has not met.
 #[derive(Debug)]
-pub struct Adaptive<T: Scalar, const D: usize, S, L, V> {
-    pub(super) scheme: ThetaScheme<T, D, S, L, V>,
+pub struct Adaptive<T: Scalar, const D: usize> {
+    pub(super) scheme: ThetaScheme<T, D>,
     pub(super) settings: AdaptiveSettings<T>,
     pub(super) span: T,
     pub(super) least: T,
@@ -79,6 +77,8 @@ pub struct Adaptive<T: Scalar, const D: usize, S, L, V> {
     pub(super) came_by: T,
     /// End of the one step of 3h.
     pub(super) ahead: (Vec<T>, Vec<T>),
+    /// Motions between configurations, and other vectors over the degrees of freedom.
+    pub(super) motions: [Vec<T>; 3],
     pub(super) path: Path<T>,
     pub(super) records: [Record<T, D>; 3],
     pub(super) near: Vec<Near<T>>,
@@ -102,23 +102,14 @@ pub struct Adaptive<T: Scalar, const D: usize, S, L, V> {
     mark: (T, T, usize),
 }
 
-impl<T, const D: usize, S, L, V> Adaptive<T, D, S, L, V>
-where
-    T: Scalar,
-    S: MechanicalSystem<T, D>,
-    L: ContactLaw<T, D>,
-    V: ConeSolver<T, D>,
-{
+impl<T: Scalar, const D: usize> Adaptive<T, D> {
     /// Takes a scheme over. Tolerances of its active set that the user left open follow ε.
     ///
     /// # Errors
     /// [`AdaptiveError::OutOfRange`], [`AdaptiveError::Setup`] for a system whose steps have one length, or with joints
     /// that move.
-    pub fn new(
-        mut scheme: ThetaScheme<T, D, S, L, V>,
-        settings: AdaptiveSettings<T>,
-    ) -> Result<Self, AdaptiveError> {
-        if scheme.system().joints_move() {
+    pub fn new(mut scheme: ThetaScheme<T, D>, settings: AdaptiveSettings<T>) -> Result<Self, AdaptiveError> {
+        if scheme.system().joints().is_some_and(Joints::moves) {
             return Err(SetupError::JointsAdaptive.into());
         }
         let start = scheme.state().time;
@@ -138,11 +129,9 @@ where
             larger(velocity, root * scales.speed)
         };
         scheme.set_tolerances((gap, velocity));
-        let dofs = scheme.state().q.len();
-        let weight = |dof| match scheme.system().dof_unit(dof) {
-            "rad" => T::one(),
-            _ => T::one() / scales.length,
-        };
+        let dofs = scheme.state().v.len();
+        let coordinates = scheme.state().q.len();
+        let weight = |dof| if scheme.system().turns(dof) { T::one() } else { T::one() / scales.length };
         let weights = (0..dofs).map(weight).collect();
         let zeros = || vec![T::zero(); dofs];
         let record = || Record { state: scheme.state().clone(), step: scheme.last_step().clone() };
@@ -157,13 +146,14 @@ where
             control: Control::new(first, largest),
             start: start_state,
             came_by: T::zero(),
-            ahead: (zeros(), zeros()),
+            ahead: (vec![T::zero(); coordinates], zeros()),
+            motions: [zeros(), zeros(), zeros()],
             path: Path::new(dofs),
             records,
             near: Vec::new(),
             watches: true,
             candidates: Vec::new(),
-            point: zeros(),
+            point: vec![T::zero(); coordinates],
             for_jumps: lit::<T>(JUMPS) * settings.tolerance,
             acceleration: scales.speed * scales.speed / (scales.length * scales.length),
             report: Report {
@@ -185,13 +175,18 @@ where
         })
     }
 
+    /// The candidate contacts with gap ≤ `reach` in the state of the last step kept.
+    pub fn candidates(&mut self, reach: T) -> &[Candidate<T>] {
+        self.scheme.candidates(reach)
+    }
+
     /// The scheme, in the state of the last step kept.
-    pub fn scheme(&self) -> &ThetaScheme<T, D, S, L, V> {
+    pub fn scheme(&self) -> &ThetaScheme<T, D> {
         &self.scheme
     }
 
     /// The scheme, handed back.
-    pub fn into_scheme(self) -> ThetaScheme<T, D, S, L, V> {
+    pub fn into_scheme(self) -> ThetaScheme<T, D> {
         self.scheme
     }
 
@@ -218,7 +213,7 @@ where
     pub fn advance_to<B>(
         &mut self,
         time: T,
-        mut kept: impl FnMut(&S, &State<T>, &Step<T, D>) -> ControlFlow<B>,
+        mut kept: impl FnMut(&dyn System<T, D>, &State<T>, &Step<T, D>) -> ControlFlow<B>,
     ) -> Result<ControlFlow<B>, AdaptiveError> {
         loop {
             let left = self.scheme.until(time);

@@ -5,11 +5,8 @@ use super::driver::Adaptive;
 use super::roots::{falling_root, parabola_minimum};
 use super::{AdaptiveError, Limit};
 use crate::contact::ContactId;
-use crate::laws::ContactLaw;
 use crate::scalar::{Scalar, epsilon, lit};
 use crate::scheme::ActivationRule;
-use crate::solver::ConeSolver;
-use crate::system::MechanicalSystem;
 
 /// A candidate near the state a step starts from.
 #[derive(Debug, Clone, Copy)]
@@ -61,13 +58,7 @@ fn larger<T: Scalar>(x: T, y: T) -> T {
     nalgebra::RealField::max(x, y)
 }
 
-impl<T, const D: usize, S, L, V> Adaptive<T, D, S, L, V>
-where
-    T: Scalar,
-    S: MechanicalSystem<T, D>,
-    L: ContactLaw<T, D>,
-    V: ConeSolver<T, D>,
-{
+impl<T: Scalar, const D: usize> Adaptive<T, D> {
     /// Finds the candidates that steps of length `size` may close.
     pub(super) fn look_around(&mut self, size: T) {
         let Self { scheme, start, candidates, near, closed, .. } = self;
@@ -148,10 +139,9 @@ where
         }
         let velocity_tolerance = self.scheme.tolerances().1;
         for _ in 0..40 {
-            let Self { scheme, start, candidates, point, closed, .. } = self;
-            for (x, (&q, &v)) in point.iter_mut().zip(start.q.iter().zip(&start.v)) {
-                *x = q + size * v;
-            }
+            let Self { scheme, start, candidates, point, closed, motions: [motion, ..], .. } = self;
+            motion.iter_mut().zip(&start.v).for_each(|(s, &v)| *s = size * v);
+            scheme.system().advance(&start.q, motion, point);
             scheme.candidates_at(point, *closed, candidates);
             let mut shortest = size;
             for i in 0..self.candidates.len() {
@@ -265,7 +255,7 @@ where
 
     fn gap_on_path(&mut self, near: &Near<T>, time: T) -> T {
         let Self { scheme, start, candidates, point, path, .. } = self;
-        path.at(&start.q, &start.v, time, point);
+        path.at(scheme.system(), (&start.q, &start.v), time, point);
         let reach = larger(abs(near.gap), scheme.scales().length);
         scheme.candidates_at(point, reach, candidates);
         candidates.iter().find(|candidate| candidate.id == near.id).map_or(reach, |candidate| candidate.gap)

@@ -3,13 +3,10 @@
 //! Exit codes: 0 done; 1 a run or a solve ended before its aim; 2 the input or the output cannot be used;
 //! 130 interrupted.
 
-mod checkpoint;
-mod frames;
 mod problems;
 mod progress;
 mod report;
 mod run;
-mod shown;
 mod study;
 
 use std::ffi::OsString;
@@ -20,6 +17,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use clap::{Parser, Subcommand};
 
 use crate::registry::Registry;
+use crate::scene::ScalarName;
 
 /// Nonsmooth contact dynamics: unilateral contact, impact and Coulomb friction.
 #[derive(Debug, Parser)]
@@ -72,8 +70,8 @@ struct RunArguments {
     #[arg(long, allow_hyphen_values = true)]
     tol: Option<f64>,
     /// Arithmetic of the run.
-    #[arg(long, value_parser = ["f64", "f32"])]
-    scalar: Option<String>,
+    #[arg(long)]
+    scalar: Option<ScalarName>,
     /// Accept a θ outside the interval in which a law is proved dissipative.
     #[arg(long)]
     allow_unproved_theta: bool,

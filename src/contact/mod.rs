@@ -7,8 +7,46 @@ pub use posing::{ImproperResponse, pose};
 use crate::scalar::Scalar;
 
 /// Identity of a candidate contact, stable from step to step, so that percussions warm-start the next step.
+///
+/// It is a number the system chooses, and in an assembly the member of it that the contact belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct ContactId(pub u64);
+#[cfg_attr(feature = "outputs", derive(serde::Serialize, serde::Deserialize))]
+pub struct ContactId {
+    /// Members from the outermost assembly in the low digits inwards, each counted from 1; 0 outside all of them.
+    members: u64,
+    number: u64,
+}
+
+/// Members of one assembly in the digits of an identity.
+const MEMBER_BITS: u32 = 16;
+
+impl ContactId {
+    /// Most members of an assembly; assemblies of assemblies may be four deep.
+    pub const MOST_MEMBERS: usize = (1 << MEMBER_BITS) - 1;
+
+    /// Contact `number` of a system.
+    pub const fn new(number: u64) -> Self {
+        Self { members: 0, number }
+    }
+
+    /// The number its system knows it by.
+    pub const fn number(self) -> u64 {
+        self.number
+    }
+
+    /// The identity in an assembly of a contact of its member `member`.
+    pub const fn of_member(self, member: usize) -> Self {
+        Self { members: self.members << MEMBER_BITS | (member as u64 + 1), ..self }
+    }
+
+    /// The member it belongs to and its identity there; `None` outside of all members.
+    pub const fn in_member(self) -> Option<(usize, Self)> {
+        match self.members & Self::MOST_MEMBERS as u64 {
+            0 => None,
+            member => Some((member as usize - 1, Self { members: self.members >> MEMBER_BITS, ..self })),
+        }
+    }
+}
 
 /// A pair that may touch.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -6,10 +6,9 @@
 //! polynomial is the motion to rounding; constant forces make it the exact parabola, for steps of any length.
 
 use super::EventFailure;
-use super::dynamics::{Dynamics, Held};
+use super::dynamics::{Equations, Held};
 use super::legendre::{BASIS, Column, STAGES, dot};
 use super::piece::{Piece, TOTALS, Totals};
-use crate::system::MechanicalSystem;
 
 /// Most sweeps of one step.
 const SWEEPS: usize = 50;
@@ -23,8 +22,8 @@ pub(super) enum Tried {
 }
 
 /// Tries a step of length `h` from (q, v) at `time`, with the tolerance on velocities relative to them or to `speed`.
-pub(super) fn step<S: MechanicalSystem<f64, D>, const D: usize>(
-    dynamics: &mut Dynamics<S, D>,
+pub(super) fn step<const D: usize>(
+    dynamics: &mut Equations<D>,
     held: &[Held],
     (time, q, v): (f64, &[f64], &[f64]),
     totals: Totals,

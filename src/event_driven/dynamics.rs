@@ -7,7 +7,7 @@ use super::piece::{TOTALS, Totals};
 use super::{EventFailure, Mode};
 use crate::contact::{Candidate, ContactId};
 use crate::linalg::{BlockRows, Factor, dot, max_abs};
-use crate::system::MechanicalSystem;
+use crate::system::System;
 
 /// A closed contact with its mode.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,8 +47,8 @@ pub(super) struct Evaluation<const D: usize> {
 
 /// The system with the factors of its mass.
 #[derive(Debug)]
-pub(super) struct Dynamics<S, const D: usize> {
-    pub(super) system: S,
+pub(super) struct Equations<const D: usize> {
+    pub(super) system: Box<dyn System<f64, D>>,
     factor: Factor<f64>,
     /// √M_ii, the unit of component i in norms.
     pub(super) weights: Vec<f64>,
@@ -62,8 +62,8 @@ pub(super) struct Dynamics<S, const D: usize> {
     scratch: Vec<f64>,
 }
 
-impl<S: MechanicalSystem<f64, D>, const D: usize> Dynamics<S, D> {
-    pub(super) fn new(system: S, factor: Factor<f64>, length: f64) -> Self {
+impl<const D: usize> Equations<D> {
+    pub(super) fn new(system: Box<dyn System<f64, D>>, factor: Factor<f64>, length: f64) -> Self {
         let n = system.dofs();
         let mut weights = vec![0.0; n];
         system.mass().entries().filter(|(i, j, _)| i == j).for_each(|(i, _, m)| weights[i] = m.sqrt());

@@ -1,12 +1,11 @@
 //! What ends a smooth piece: a gap that closes, a force that leaves its cone, a slip that stops.
 
 use super::crossing::{Functions, Unresolved};
-use super::dynamics::{Dynamics, Held};
+use super::dynamics::{Equations, Held};
 use super::legendre::BASIS;
 use super::piece::Piece;
 use super::{EventFailure, Mode};
 use crate::contact::ContactId;
-use crate::system::MechanicalSystem;
 
 impl From<Unresolved> for EventFailure {
     fn from(Unresolved { time }: Unresolved) -> Self {
@@ -33,8 +32,8 @@ pub(super) struct Rounding {
 /// (the gap over the time, whose root at the start is thus divided out); for each open contact known at the start its
 /// gap; the least gap of any other; for each held contact whether it is still there, its normal force as an
 /// acceleration W_NN λ_N, and, sticking, its distance from both sides of the cone, or, sliding, its slip.
-pub(super) struct Events<'a, S, const D: usize> {
-    pub(super) dynamics: &'a mut Dynamics<S, D>,
+pub(super) struct Events<'a, const D: usize> {
+    pub(super) dynamics: &'a mut Equations<D>,
     pub(super) piece: &'a Piece,
     pub(super) held: &'a [Held],
     leaving: Vec<ContactId>,
@@ -60,10 +59,10 @@ enum Kind {
     Force,
 }
 
-impl<'a, S: MechanicalSystem<f64, D>, const D: usize> Events<'a, S, D> {
+impl<'a, const D: usize> Events<'a, D> {
     /// `closed` is the gap up to which a contact counts as closed at the start of the piece, `speed` the scene's.
     pub(super) fn new(
-        dynamics: &'a mut Dynamics<S, D>,
+        dynamics: &'a mut Equations<D>,
         piece: &'a Piece,
         held: &'a [Held],
         (length, speed): (f64, f64),
@@ -113,7 +112,7 @@ impl<'a, S: MechanicalSystem<f64, D>, const D: usize> Events<'a, S, D> {
     }
 }
 
-impl<S: MechanicalSystem<f64, D>, const D: usize> Functions for Events<'_, S, D> {
+impl<const D: usize> Functions for Events<'_, D> {
     type Error = EventFailure;
 
     fn count(&self) -> usize {

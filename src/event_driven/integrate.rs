@@ -2,7 +2,7 @@
 
 use super::collocation::{Tried, step};
 use super::crossing::first_crossing;
-use super::dynamics::{Dynamics, Held};
+use super::dynamics::{Equations, Held};
 use super::events::{Events, Rounding};
 use super::piece::{Piece, Totals};
 use super::{EventError, EventFailure, Motion, Settings};
@@ -10,7 +10,7 @@ use crate::contact::ContactId;
 use crate::laws::ContactLaw;
 use crate::linalg::Factor;
 use crate::solver::ConeSolver;
-use crate::system::{MechanicalSystem, Scales};
+use crate::system::{Scales, System};
 
 /// Largest overlap at the start, relative to the length of the scene.
 const OVERLAP: f64 = 1e-9;
@@ -21,22 +21,17 @@ const OVERLAP: f64 = 1e-9;
 /// # Errors
 /// [`EventError`] with the time, the failure and the motion up to there.
 #[expect(clippy::too_many_arguments, reason = "a system, its laws and solver, and an initial value problem")]
-pub fn integrate<S, L, V, const D: usize>(
-    system: S,
-    laws: Vec<L>,
-    solver: V,
+pub fn integrate<const D: usize>(
+    system: Box<dyn System<f64, D>>,
+    laws: Vec<Box<dyn ContactLaw<f64, D>>>,
+    solver: Box<dyn ConeSolver<f64, D>>,
     start_time: f64,
     q: Vec<f64>,
     v: Vec<f64>,
     end: f64,
     settings: &Settings,
-) -> Result<Motion, EventError>
-where
-    S: MechanicalSystem<f64, D>,
-    L: ContactLaw<f64, D>,
-    V: ConeSolver<f64, D>,
-{
-    let checked = check(&system, &laws, &solver, (start_time, end), (&q, &v), settings);
+) -> Result<Motion, EventError> {
+    let checked = check(&*system, &laws, &*solver, (start_time, end), (&q, &v), settings);
     let factor = checked.map_err(|failure| EventError { time: start_time, failure, motion: None })?;
     let Scales { length, speed } = system.scales(&q, &v);
     let motion = Motion {
@@ -50,7 +45,7 @@ where
     };
     motion.check_energy().map_err(|failure| EventError { time: start_time, failure, motion: None })?;
     let mut integrator = Integrator {
-        dynamics: Dynamics::new(system, factor, length),
+        dynamics: Equations::new(system, factor, length),
         laws,
         solver,
         settings,
@@ -76,21 +71,18 @@ where
     }
 }
 
-fn check<S, L, V, const D: usize>(
-    system: &S,
-    laws: &[L],
-    solver: &V,
+fn check<const D: usize>(
+    system: &dyn System<f64, D>,
+    laws: &[Box<dyn ContactLaw<f64, D>>],
+    solver: &dyn ConeSolver<f64, D>,
     (start, end): (f64, f64),
     (q, v): (&[f64], &[f64]),
     settings: &Settings,
-) -> Result<Factor<f64>, EventFailure>
-where
-    S: MechanicalSystem<f64, D>,
-    V: ConeSolver<f64, D>,
-{
+) -> Result<Factor<f64>, EventFailure> {
     for (unsupported, what) in [
         (D > 2, "contacts of dimension 3"),
-        (system.joint_rows() > 0, "joints"),
+        (system.joints().is_some(), "joints"),
+        (!system.is_flat(), "configurations that do not add up"),
         (system.nonlinear().is_some(), "a mass that depends on the configuration"),
         (system.prescribed().is_some(), "prescribed degrees of freedom"),
     ] {
@@ -121,10 +113,10 @@ where
 }
 
 /// A motion in the making.
-pub(super) struct Integrator<'s, S, L, V, const D: usize> {
-    pub(super) dynamics: Dynamics<S, D>,
-    pub(super) laws: Vec<L>,
-    pub(super) solver: V,
+pub(super) struct Integrator<'s, const D: usize> {
+    pub(super) dynamics: Equations<D>,
+    pub(super) laws: Vec<Box<dyn ContactLaw<f64, D>>>,
+    pub(super) solver: Box<dyn ConeSolver<f64, D>>,
     pub(super) settings: &'s Settings,
     pub(super) length: f64,
     /// The speed of the scene, growing with the motion.
@@ -144,12 +136,7 @@ pub(super) struct Integrator<'s, S, L, V, const D: usize> {
     pub(super) motion: Motion,
 }
 
-impl<S, L, V, const D: usize> Integrator<'_, S, L, V, D>
-where
-    S: MechanicalSystem<f64, D>,
-    L: ContactLaw<f64, D>,
-    V: ConeSolver<f64, D>,
-{
+impl<const D: usize> Integrator<'_, D> {
     fn run(&mut self, end: f64) -> Result<(), EventFailure> {
         let least =
             self.dynamics.candidates(&self.q, f64::INFINITY)?.iter().min_by(|a, b| a.gap.total_cmp(&b.gap));

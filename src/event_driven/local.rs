@@ -183,9 +183,9 @@ impl<const D: usize> Local<D> {
     /// The solution and its modes; contact i with `slip[i]` = ±1 slides that way if it stays closed, whatever b_T says.
     ///
     /// `None` where no such slide exists (Painlevé's paradox), or none is found.
-    pub(super) fn solve<V: ConeSolver<f64, D>>(
+    pub(super) fn solve(
         &self,
-        solver: &mut V,
+        solver: &mut dyn ConeSolver<f64, D>,
         slip: &[Option<f64>],
     ) -> Result<Option<Solved<D>>, EventFailure> {
         let m = self.contacts();

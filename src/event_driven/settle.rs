@@ -7,10 +7,8 @@ use super::integrate::Integrator;
 use super::local::{Local, Solved};
 use super::{ContactImpact, EventFailure, ImpactEvent, Mode, ModeChange};
 use crate::contact::{ContactId, pose};
-use crate::laws::{Approach, ContactLaw};
+use crate::laws::Approach;
 use crate::linalg::{axpy, max_abs};
-use crate::solver::ConeSolver;
-use crate::system::MechanicalSystem;
 
 /// θ = ½ is the continuous law: (35) for Newton's, Ξ (45–46) for Frémond's.
 const THETA: f64 = 0.5;
@@ -23,12 +21,7 @@ fn pair<const D: usize>(x: &SVector<f64, D>) -> [f64; 2] {
     [x[0], if D == 2 { x[D - 1] } else { 0.0 }]
 }
 
-impl<S, L, V, const D: usize> Integrator<'_, S, L, V, D>
-where
-    S: MechanicalSystem<f64, D>,
-    L: ContactLaw<f64, D>,
-    V: ConeSolver<f64, D>,
-{
+impl<const D: usize> Integrator<'_, D> {
     /// The closed contacts: those within the tolerance, and the one that has just closed.
     fn closed(&mut self, closing: Option<ContactId>) -> Result<Vec<Held>, EventFailure> {
         let tolerance = self.settings.gap_tolerance * self.length;
@@ -122,7 +115,7 @@ where
         let mut b = DVector::zeros(closed.len() * D);
         let mut friction = Vec::with_capacity(closed.len());
         for (i, (held, u)) in closed.iter().zip(before).enumerate() {
-            let (shifted, mu) = pose(&self.laws[held.interface], &Approach::impact(*u, THETA), u)?;
+            let (shifted, mu) = pose(&*self.laws[held.interface], &Approach::impact(*u, THETA), u)?;
             b.rows_mut(i * D, D).copy_from(&shifted);
             friction.push(mu);
         }
@@ -136,11 +129,11 @@ where
             let least = (0..closed.len()).map(|i| free.b[i * D]).fold(0.0, f64::min);
             let time = if least < 0.0 { 1e-6 * self.speed / -least } else { 0.0 };
             local.b.axpy(time, &free.b, 1.0);
-            let Some((p, modes)) = local.solve(&mut self.solver, &slip)? else { return Err(inconsistent) };
+            let Some((p, modes)) = local.solve(&mut *self.solver, &slip)? else { return Err(inconsistent) };
             local.b = exact;
             local.with_modes(&modes, &p, &vec![1.0; closed.len()]).ok_or(inconsistent.clone())?.p
         } else {
-            local.solve(&mut self.solver, &slip)?.ok_or(inconsistent.clone())?.0
+            local.solve(&mut *self.solver, &slip)?.ok_or(inconsistent.clone())?.0
         };
         if p.iter().all(|p| p.amax() == 0.0) {
             return Err(inconsistent);
@@ -190,7 +183,7 @@ where
         }
         let (mut q, mut v) = (self.q.clone(), self.v.clone());
         let (local, frame, free) = self.dynamics.contact_accelerations(self.time, &q, &v, touching)?;
-        let Some((p, _)) = local.solve(&mut self.solver, slip)? else { return Ok(None) };
+        let Some((p, _)) = local.solve(&mut *self.solver, slip)? else { return Ok(None) };
         let flat = DVector::from_iterator(p.len() * D, p.iter().flat_map(|p| p.iter().copied()));
         let a = DVector::from_vec(free) + &frame.inverse * flat;
         // Events in quick succession look less far ahead, repeated ones at the same time further each time.
@@ -201,7 +194,7 @@ where
         axpy(&mut q, 0.5 * ahead * ahead, a.as_slice());
         axpy(&mut v, ahead, a.as_slice());
         let (local, ..) = self.dynamics.contact_accelerations(self.time + ahead, &q, &v, touching)?;
-        local.solve(&mut self.solver, slip)
+        local.solve(&mut *self.solver, slip)
     }
 
     /// Gives redundant contacts forces to stay near where their simple sharing would make one slide that need not: those

@@ -128,14 +128,14 @@ pub struct SummaryRecorder {
 pub struct SummaryMark {
     summary: Option<RunSummary>,
     seconds: f64,
-    touching: Vec<u64>,
+    touching: Vec<ContactId>,
     works: Option<(f64, f64)>,
 }
 
 impl SummaryRecorder {
     /// A recorder that goes on from a mark.
     pub fn resume(mark: SummaryMark) -> Self {
-        let touching = mark.touching.into_iter().map(ContactId).collect();
+        let touching = mark.touching;
         let SummaryMark { summary, seconds, works, .. } = mark;
         Self { summary, started: Some(Instant::now()), seconds, touching, works }
     }
@@ -145,7 +145,7 @@ impl SummaryRecorder {
         SummaryMark {
             summary: self.summary.clone(),
             seconds: self.elapsed(),
-            touching: self.touching.iter().map(|contact| contact.0).collect(),
+            touching: self.touching.clone(),
             works: self.works,
         }
     }

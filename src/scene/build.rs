@@ -4,15 +4,14 @@ use nalgebra::SVector;
 
 use super::format::{ActivationRuleName, InterfaceSpec};
 use super::names::{Directory, Groups};
-use super::{LoadSpec, PreloadSpec, Run, Scene, SceneError};
+use super::{LoadSpec, PlannedRun, PreloadSpec, Scene, SceneError};
 use crate::adaptive::Adaptive;
 use crate::laws::{Approach, ContactLaw};
 use crate::registry::Registry;
 use crate::scalar::{Scalar, epsilon, lit};
 use crate::scheme::{Activation, ActivationRule, Settings, ThetaScheme, equilibrium};
-use crate::simulate::Stepper;
-use crate::solver::{ConeSolver, Stopping};
-use crate::system::{Body, BodyId, MechanicalSystem, RigidBodies};
+use crate::solver::Stopping;
+use crate::system::{Body, BodyId, Dynamics, RigidBodies, System};
 
 /// Tolerance of the contacts of a preload, 64 ε for scalars that cannot resolve it.
 const PRELOAD: f64 = 1e-13;
@@ -21,19 +20,13 @@ const PRELOAD: f64 = 1e-13;
 pub(super) type AnyLaw<T, const D: usize> = Box<dyn ContactLaw<T, D>>;
 
 /// A system of any kind.
-pub(super) type AnySystem<T, const D: usize> = Box<dyn MechanicalSystem<T, D>>;
+pub(super) type AnySystem<T, const D: usize> = Box<dyn System<T, D>>;
 
 /// The scheme of a scene: planar rigid bodies or an elastic body, laws and solver by name.
-pub type Planar<T, const D: usize> =
-    ThetaScheme<T, D, AnySystem<T, D>, AnyLaw<T, D>, Box<dyn ConeSolver<T, D>>>;
+pub type Planar<T, const D: usize> = ThetaScheme<T, D>;
 
 /// The same under error control.
-pub type PlanarAdaptive<T, const D: usize> =
-    Adaptive<T, D, AnySystem<T, D>, AnyLaw<T, D>, Box<dyn ConeSolver<T, D>>>;
-
-/// What makes the steps of a scene, of one length or under error control.
-pub type PlanarStepper<T, const D: usize> =
-    Stepper<T, D, AnySystem<T, D>, AnyLaw<T, D>, Box<dyn ConeSolver<T, D>>>;
+pub type PlanarAdaptive<T, const D: usize> = Adaptive<T, D>;
 
 impl InterfaceSpec {
     /// The two sides, for errors.
@@ -43,7 +36,7 @@ impl InterfaceSpec {
 
     fn law<T: Scalar, const D: usize>(
         &self,
-        run: &Run,
+        run: &PlannedRun,
         registry: &Registry,
     ) -> Result<AnyLaw<T, D>, SceneError> {
         let name = self.law.as_deref().unwrap_or(&run.law);
@@ -62,7 +55,11 @@ impl InterfaceSpec {
 ///
 /// # Errors
 /// A law that cannot be made, a parameter that no law has.
-pub fn contact_dimension(scene: &Scene, runs: &[Run], registry: &Registry) -> Result<usize, SceneError> {
+pub fn contact_dimension(
+    scene: &Scene,
+    runs: &[PlannedRun],
+    registry: &Registry,
+) -> Result<usize, SceneError> {
     let mut frictionless = true;
     for interface in &scene.interfaces {
         for run in runs {
@@ -100,7 +97,7 @@ pub(super) type Parts<T, const D: usize> = (AnySystem<T, D>, Vec<AnyLaw<T, D>>, 
 /// [`SceneError`] naming what is wrong and its value.
 pub fn build<T: Scalar, const D: usize>(
     scene: &Scene,
-    run: &Run,
+    run: &PlannedRun,
     registry: &Registry,
 ) -> Result<Planar<T, D>, SceneError> {
     let (system, laws, q, v) = parts(scene, run, registry)?;
@@ -111,7 +108,7 @@ pub fn build<T: Scalar, const D: usize>(
 /// What moves in a run, under which laws, from where.
 pub(super) fn parts<T: Scalar, const D: usize>(
     scene: &Scene,
-    run: &Run,
+    run: &PlannedRun,
     registry: &Registry,
 ) -> Result<Parts<T, D>, SceneError> {
     check_state(scene)?;
@@ -120,7 +117,7 @@ pub(super) fn parts<T: Scalar, const D: usize>(
             let (mut body, interfaces) = solid.body::<T>(scene)?;
             let of = |&interface: &usize| scene.interfaces[interface].law(run, registry);
             let laws = interfaces.iter().map(of).collect::<Result<Vec<AnyLaw<T, D>>, _>>()?;
-            let n = MechanicalSystem::<T, D>::dofs(&body);
+            let n = body.dofs();
             let q = match solid.preload {
                 None => vec![T::zero(); n],
                 Some(PreloadSpec { contacts, constant_forces }) => match contacts.support() {
@@ -136,7 +133,7 @@ pub(super) fn parts<T: Scalar, const D: usize>(
                         let tolerance = nalgebra::RealField::min(given.tolerance, precise);
                         let stopping = Stopping { tolerance, ..given };
                         let mut solver = registry.build_solver::<T, D>(&run.solver, stopping)?;
-                        equilibrium(&mut body, &friction, &mut solver, T::zero(), constant_forces)?
+                        equilibrium(&mut body, &friction, &mut *solver, T::zero(), constant_forces)?
                     }
                 },
             };
@@ -219,7 +216,7 @@ type SystemAndLaws<T, const D: usize> = (RigidBodies<T>, Vec<AnyLaw<T, D>>);
 
 fn build_system<T: Scalar, const D: usize>(
     scene: &Scene,
-    run: &Run,
+    run: &PlannedRun,
     registry: &Registry,
 ) -> Result<SystemAndLaws<T, D>, SceneError> {
     let directory = Directory::new(scene)?;

@@ -1,7 +1,7 @@
 //! From a scene and a run to its event-driven motion.
 
 use super::build::{AnyLaw, AnySystem, parts, stopping};
-use super::{Run, Scene, SceneError};
+use super::{PlannedRun, Scene, SceneError};
 use crate::event_driven::{EventError, Motion, Settings, integrate};
 use crate::registry::Registry;
 use crate::solver::ConeSolver;
@@ -40,7 +40,7 @@ impl<const D: usize> EventDriven<D> {
 /// [`SceneError`] naming what is wrong and its value.
 pub fn event_driven<const D: usize>(
     scene: &Scene,
-    run: &Run,
+    run: &PlannedRun,
     registry: &Registry,
 ) -> Result<EventDriven<D>, SceneError> {
     let (system, laws, q, v) = parts(scene, run, registry)?;

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde::Deserialize;
 
@@ -84,6 +85,7 @@ impl UnitsName {
 
 /// Arithmetic of a run.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum ScalarName {
     /// Double precision (default).
@@ -272,14 +274,22 @@ pub struct InterfaceSpec {
     pub parameters: BTreeMap<String, f64>,
 }
 
+impl OutputSpec {
+    /// Steps between rows of `trajectory.csv`.
+    pub fn trajectory_every(&self) -> usize {
+        self.trajectory_every.or(self.every).unwrap_or(1)
+    }
+}
+
 impl Scene {
     /// Reads a scene file.
     ///
     /// # Errors
     /// [`SceneError::Read`], [`SceneError::Parse`] with line and column.
-    pub fn read(path: &Path) -> Result<Self, SceneError> {
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, SceneError> {
+        let path = path.as_ref();
         let text = std::fs::read_to_string(path)
-            .map_err(|source| SceneError::Read { path: path.into(), message: source.to_string() })?;
+            .map_err(|source| SceneError::Read { path: path.into(), source: Arc::new(source) })?;
         Self::parse(&text, path)
     }
 

@@ -30,7 +30,7 @@ pub struct Overrides {
 
 /// One run of a scene.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Run {
+pub struct PlannedRun {
     /// Law of the interfaces that keep none of their own.
     pub law: String,
     /// Cone solver.
@@ -73,7 +73,7 @@ impl Scene {
     ///
     /// # Errors
     /// [`SceneError::Empty`], an unknown law or solver, a step or an end time out of range.
-    pub fn runs(&self, registry: &Registry) -> Result<Vec<Run>, SceneError> {
+    pub fn runs(&self, registry: &Registry) -> Result<Vec<PlannedRun>, SceneError> {
         for (what, empty) in [("law", self.laws.is_empty()), ("solver", self.solvers.is_empty())] {
             if empty {
                 return Err(SceneError::Empty { what });
@@ -106,7 +106,7 @@ impl Scene {
         let with_solvers =
             |law: &String| self.solvers.iter().map(|s| (law.clone(), s.clone())).collect::<Vec<_>>();
         let pairs = self.laws.iter().flat_map(with_solvers);
-        Ok(pairs.map(|(law, solver)| Run { law, solver, steps }).collect())
+        Ok(pairs.map(|(law, solver)| PlannedRun { law, solver, steps }).collect())
     }
 
     fn steps(&self) -> Result<usize, SceneError> {

@@ -2,10 +2,8 @@
 
 use super::ThetaScheme;
 use crate::cone::largest_eigenvalue;
-use crate::laws::ContactLaw;
 use crate::scalar::{Scalar, epsilon, lit};
-use crate::solver::{Accuracy, ConeSolver, Solution};
-use crate::system::MechanicalSystem;
+use crate::solver::{Accuracy, Solution};
 
 /// Factor for the norms: the residual is one number for all contacts, and that of an island may be evaluated apart.
 const MARGIN: f64 = 10.0;
@@ -13,13 +11,7 @@ const MARGIN: f64 = 10.0;
 /// Roundings of a sum of D products, of velocities that are sums over the bodies themselves, in ε.
 const ROUNDINGS: f64 = 64.0;
 
-impl<T, const D: usize, S, L, V> ThetaScheme<T, D, S, L, V>
-where
-    T: Scalar,
-    S: MechanicalSystem<T, D>,
-    L: ContactLaw<T, D>,
-    V: ConeSolver<T, D>,
-{
+impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
     /// Sets [`work_bound`](super::ContactStep::work_bound) of the contacts with a positive work.
     ///
     /// A scaled residual τ leaves velocities that are wrong by d = τ‖b‖₂ and percussions that are wrong by d/λ, λ =

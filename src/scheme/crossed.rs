@@ -22,11 +22,9 @@ use super::ThetaScheme;
 use super::lasting::Lasting;
 use super::record::{Next, State};
 use crate::contact::{Candidate, ContactId};
-use crate::laws::ContactLaw;
-use crate::linalg::{BlockRows, axpy, dot};
+use crate::linalg::{BlockRows, dot};
 use crate::scalar::Scalar;
-use crate::solver::ConeSolver;
-use crate::system::MechanicalSystem;
+use crate::system::System;
 
 /// Most times that bodies are stopped in one step: who stops may be in the way of others.
 const MOST_STOPS: usize = 8;
@@ -48,7 +46,7 @@ pub(super) struct Crossed<T: Scalar, const D: usize> {
 }
 
 impl<T: Scalar, const D: usize> Crossed<T, D> {
-    pub(super) fn new(dofs: usize) -> Self {
+    pub(super) fn new(coordinates: usize, dofs: usize) -> Self {
         Self {
             times: Vec::new(),
             after: vec![-T::one(); dofs],
@@ -56,7 +54,7 @@ impl<T: Scalar, const D: usize> Crossed<T, D> {
             found: Vec::new(),
             rows: BlockRows::new(),
             displaced: false,
-            made: vec![T::zero(); dofs],
+            made: vec![T::zero(); coordinates],
         }
     }
 
@@ -66,9 +64,9 @@ impl<T: Scalar, const D: usize> Crossed<T, D> {
     }
 
     /// Adds what the step would cross to the candidates.
-    pub(super) fn find<S: MechanicalSystem<T, D>>(
+    pub(super) fn find(
         &mut self,
-        system: &mut S,
+        system: &mut dyn System<T, D>,
         q: &[T],
         path: (T, &[T]),
         asleep: &[bool],
@@ -87,26 +85,21 @@ impl<T: Scalar, const D: usize> Crossed<T, D> {
     pub(super) fn place<'a>(
         &self,
         id: ContactId,
+        system: &dyn System<T, D>,
         (h, state): (T, &'a State<T>),
-        point: &'a mut [T],
+        (motion, point): (&mut [T], &'a mut [T]),
     ) -> &'a [T] {
         if self.times.is_empty() {
             return &state.q;
         }
         let Some(time) = self.time(id) else { return &state.q };
-        point.copy_from_slice(&state.q);
-        axpy(point, time * h, &state.v);
+        motion.iter_mut().zip(&state.v).for_each(|(s, &v)| *s = time * h * v);
+        system.advance(&state.q, motion, point);
         point
     }
 }
 
-impl<T, const D: usize, S, L, V> ThetaScheme<T, D, S, L, V>
-where
-    T: Scalar,
-    S: MechanicalSystem<T, D>,
-    L: ContactLaw<T, D>,
-    V: ConeSolver<T, D>,
-{
+impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
     /// Lets bodies that met within the step move on from where they met, up to where they meet again; the position work, −F·Δq.
     pub(super) fn place_after_crossings(&mut self) -> T {
         self.crossed.displaced = false;
@@ -166,16 +159,15 @@ where
     fn displace_along_joints(&mut self) -> T {
         self.crossed.displaced = true;
         let Self { system, next, joints, factor, .. } = self;
-        let Next { q, force, scratch, impulse, .. } = next;
+        let Next { q, place, force, scratch, .. } = next;
+        place.copy_from_slice(q);
+        system.advance(place, scratch, q);
         if joints.is_empty() {
-            axpy(q, T::one(), scratch);
             return -dot(force, scratch);
         }
-        impulse.copy_from_slice(q);
-        axpy(q, T::one(), scratch);
-        joints.close(system, factor, impulse, q);
-        axpy(impulse, -T::one(), q);
-        dot(force, impulse)
+        joints.close(&**system, factor, place, q);
+        system.difference(place, q, scratch);
+        -dot(force, scratch)
     }
 
     /// Stops bodies that would cross on the path from q_k to q_{k+1} where they meet; the position work, −F·Δq.
@@ -185,8 +177,7 @@ where
             let Self { system, state, next, joints, crossed, rest, .. } = self;
             let Next { q, scratch, .. } = next;
             let Crossed { after, stops, found, rows, .. } = crossed;
-            scratch.copy_from_slice(q);
-            axpy(scratch, -T::one(), &state.q);
+            system.difference(&state.q, q, scratch);
             let asleep = rest.as_ref().map_or(&[][..], |rest| rest.asleep());
             stops.clear();
             system.swept_candidates(&state.q, (T::one(), scratch), asleep, found, stops);

@@ -10,7 +10,7 @@ use crate::linalg::{Factor, FactorError, Symmetric, axpy, max_abs};
 use crate::scalar::{Scalar, epsilon, lit, to_f64};
 use crate::solver::anderson::{Anderson, MAX_DEPTH};
 use crate::solver::{ConeSolver, SolveError, solve_or_rescue};
-use crate::system::{ElasticBody, MechanicalSystem};
+use crate::system::{Contacts, Dynamics, ElasticBody, System};
 
 /// Why no equilibrium with contacts was found.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -83,24 +83,24 @@ pub fn equilibrium<T: Scalar, const D: usize>(
     time: T,
     with_constant_forces: bool,
 ) -> Result<Vec<T>, EquilibriumError> {
-    let n = MechanicalSystem::<T, D>::dofs(body);
+    let n = body.dofs();
     let mut q = vec![T::zero(); n];
     let mut force = vec![T::zero(); n];
-    let forces = MechanicalSystem::<T, D>::forces(body);
+    let forces = body.forces();
     forces.at(time, &mut force);
     if !with_constant_forces {
         axpy(&mut force, -T::one(), forces.constant_part());
     }
     let mut candidates: Vec<Candidate<T>> = Vec::new();
-    MechanicalSystem::<T, D>::candidates(body, &q, T::infinity_impl(), &mut candidates);
+    Contacts::<T, D>::candidates(body, &q, T::infinity_impl(), &mut candidates);
     candidates.sort_unstable_by_key(|candidate| candidate.id);
     let mut free = n;
-    if let Some(prescribed) = MechanicalSystem::<T, D>::prescribed(body) {
+    if let Some(prescribed) = body.prescribed() {
         free = prescribed.first();
         (0..prescribed.count()).for_each(|i| q[free + i] = prescribed.displacement(i, time));
     }
-    let rows = constant_rows::<T, D, _>(body, &q)?.ok_or(EquilibriumError::TooLarge)?;
-    let system: &dyn MechanicalSystem<T, D> = body;
+    let rows = constant_rows::<T, D>(body, &q)?.ok_or(EquilibriumError::TooLarge)?;
+    let system: &dyn System<T, D> = body;
     let (mass, stiffness) = (system.mass(), system.stiffness().expect("an elastic body"));
     let jacobian = rows.rows().clone();
     let mut problem = ConeProblem::<T, D>::default();

@@ -114,6 +114,12 @@ pub enum SetupError {
     /// θ = 0 leaves v_{k+θ} = v_k no freedom to keep the joints closed.
     #[error("joints need θ > 0")]
     JointsTheta,
+    /// Terms that multiply q, of a system whose configurations do not add up.
+    #[error("{what} wants configurations that add up, q + h v: this system moves them otherwise")]
+    Curved {
+        /// Which terms.
+        what: &'static str,
+    },
     /// Joints between the coordinates of a nonlinear system.
     #[error("a nonlinear system takes no joints: choose its coordinates so that they hold")]
     JointsNonlinear,

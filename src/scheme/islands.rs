@@ -121,7 +121,7 @@ impl<T: Scalar, const D: usize> Islands<T, D> {
         whole: &mut ConeProblem<T, D>,
         starts: (&[SVector<T, D>], &[SVector<T, D>]),
         r: &mut [SVector<T, D>],
-        solver: &mut impl ConeSolver<T, D>,
+        solver: &mut dyn ConeSolver<T, D>,
     ) -> Result<Solution<T>, (usize, SolveError)> {
         self.problem.exchange_masses(whole);
         let solved = self.solve_each(whole, starts, r, solver);
@@ -134,7 +134,7 @@ impl<T: Scalar, const D: usize> Islands<T, D> {
         whole: &ConeProblem<T, D>,
         starts: (&[SVector<T, D>], &[SVector<T, D>]),
         r: &mut [SVector<T, D>],
-        solver: &mut impl ConeSolver<T, D>,
+        solver: &mut dyn ConeSolver<T, D>,
     ) -> Result<Solution<T>, (usize, SolveError)> {
         let (mut iterations, mut first, mut worst, mut rescued_by) = (0, 0, None, None);
         for &end in &self.ends {

@@ -8,7 +8,7 @@ use crate::cone::BlockMatrix;
 use crate::contact::ContactId;
 use crate::linalg::{BlockRows, Factor};
 use crate::scalar::{Scalar, all_finite};
-use crate::system::MechanicalSystem;
+use crate::system::System;
 
 /// Most numbers W of all candidates may have (128 MiB in double precision); beyond, W is assembled at every step.
 const LARGEST: usize = 1 << 24;
@@ -21,8 +21,8 @@ pub(super) struct ConstantRows<T: Scalar, const D: usize> {
 }
 
 /// The rows of a system whose Jacobian is constant; `None` where W of all candidates would be too large to keep.
-pub(super) fn constant_rows<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
-    system: &mut S,
+pub(super) fn constant_rows<T: Scalar, const D: usize>(
+    system: &mut dyn System<T, D>,
     q: &[T],
 ) -> Result<Option<ConstantRows<T, D>>, SetupError> {
     let mut candidates = Vec::new();

@@ -32,6 +32,7 @@
 //! and K, M̂ = M for every θ, so that to change θ costs nothing. Systems with C or K, and nonlinear ones, keep the θ of the
 //! scene and the rule of the active set as it stands: what is slow at a node of an elastic body, its waves decide.
 
+use super::joints::joints_of;
 use super::record::Next;
 use super::{ContactStep, Settings, ThetaScheme};
 use crate::cone::ConeProblem;
@@ -39,8 +40,7 @@ use crate::contact::ContactId;
 use crate::laws::ContactLaw;
 use crate::linalg::{BlockRows, Symmetric};
 use crate::scalar::{Scalar, lit, to_f64};
-use crate::solver::ConeSolver;
-use crate::system::MechanicalSystem;
+use crate::system::Dynamics;
 
 /// Speed of a lasting contact, in those the forces make of rest in one step.
 const SLOW: f64 = 2.0;
@@ -125,7 +125,7 @@ pub(super) struct LastingMark {
     reach: f64,
     left: f64,
     pull: Vec<f64>,
-    before: Vec<(u64, f64, bool)>,
+    before: Vec<(ContactId, f64, bool)>,
 }
 
 pub(super) fn root(parent: &mut [usize], mut dof: usize) -> usize {
@@ -143,9 +143,9 @@ fn join(parent: &mut [usize], one: usize, other: usize) {
 
 impl<T: Scalar> Lasting<T> {
     /// `None` where the settings or the system know no lasting contacts.
-    pub(super) fn new<const D: usize, S: MechanicalSystem<T, D>, L: ContactLaw<T, D>>(
-        system: &S,
-        laws: &[L],
+    pub(super) fn new<const D: usize>(
+        system: &dyn Dynamics<T>,
+        laws: &[Box<dyn ContactLaw<T, D>>],
         settings: &Settings<T>,
         q: &[T],
     ) -> Option<Self> {
@@ -154,10 +154,12 @@ impl<T: Scalar> Lasting<T> {
             return None;
         }
         let theta_rest = settings.theta_rest;
-        let claims = |law: &L| law.lasting_theta().is_some_and(|claim| claim.contains(&theta_rest));
+        let claims = |law: &Box<dyn ContactLaw<T, D>>| {
+            law.lasting_theta().is_some_and(|claim| claim.contains(&theta_rest))
+        };
         let n = system.dofs();
         let mut joints = BlockRows::<T, 1>::new();
-        system.joint_jacobian(q, &vec![T::zero(); n], &mut joints);
+        joints_of(system).jacobian(q, &vec![T::zero(); n], &mut joints);
         let mut joined = Vec::new();
         for row in 0..joints.rows() {
             let mut dofs = joints.row(row).map(|(dof, _)| dof);
@@ -352,7 +354,7 @@ impl<T: Scalar> Lasting<T> {
             reach: to_f64(self.reach),
             left: to_f64(self.left),
             pull: self.pull.iter().map(|&x| to_f64(x)).collect(),
-            before: self.before.iter().map(|last| (last.id.0, to_f64(last.account), last.slow)).collect(),
+            before: self.before.iter().map(|last| (last.id, to_f64(last.account), last.slow)).collect(),
         }
     }
 
@@ -363,20 +365,14 @@ impl<T: Scalar> Lasting<T> {
         }
         (self.reach, self.left) = (lit(mark.reach), lit(mark.left));
         self.pull = mark.pull.iter().map(|&x| lit(x)).collect();
-        let last = |&(id, account, slow)| Last { id: ContactId(id), account: lit(account), slow };
+        let last = |&(id, account, slow)| Last { id: id, account: lit(account), slow };
         self.before = mark.before.iter().map(last).collect();
         self.before.sort_unstable_by_key(|last| last.id);
         Some(())
     }
 }
 
-impl<T, const D: usize, S, L, V> ThetaScheme<T, D, S, L, V>
-where
-    T: Scalar,
-    S: MechanicalSystem<T, D>,
-    L: ContactLaw<T, D>,
-    V: ConeSolver<T, D>,
-{
+impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
     /// No contact lasts from here on: the rule of the active set and the θ of the scene hold everywhere.
     pub(crate) fn without_lasting_contacts(&mut self) {
         self.lasting = None;

@@ -42,7 +42,7 @@ use nalgebra::{Cholesky, DMatrix};
 
 use crate::linalg::{Factor, axpy, dot, max_abs};
 use crate::scalar::{Scalar, epsilon, lit};
-use crate::system::Dynamics;
+use crate::system::NonlinearTerms;
 
 /// Terms of (N) at the state and at the iterate.
 #[derive(Debug)]
@@ -107,7 +107,7 @@ fn beyond<T: Scalar>(x: T, rounding: T) -> T {
 }
 
 impl<T: Scalar> Nonlinear<T> {
-    pub(super) fn new(dynamics: &dyn Dynamics<T>, q: &[T]) -> Self {
+    pub(super) fn new(dynamics: &dyn NonlinearTerms<T>, q: &[T]) -> Self {
         let n = q.len();
         let (square, zeros) = (|| DMatrix::zeros(n, n), || vec![T::zero(); n]);
         let mut mass = square();
@@ -133,7 +133,7 @@ impl<T: Scalar> Nonlinear<T> {
     }
 
     /// The state is q.
-    pub(super) fn start_from(&mut self, dynamics: &dyn Dynamics<T>, q: &[T]) {
+    pub(super) fn start_from(&mut self, dynamics: &dyn NonlinearTerms<T>, q: &[T]) {
         dynamics.mass(q, &mut self.mass[0]);
         self.potential[0] = dynamics.potential(q);
     }
@@ -144,7 +144,7 @@ impl<T: Scalar> Nonlinear<T> {
     }
 
     /// residual ← ρ₀(v₁), (N) without the contacts, all on the left.
-    fn evaluate(&mut self, dynamics: &dyn Dynamics<T>, start: Start<'_, T>, v: &[T]) {
+    fn evaluate(&mut self, dynamics: &dyn NonlinearTerms<T>, start: Start<'_, T>, v: &[T]) {
         let Start { time, step: h, theta, q, v: v0, force } = start;
         let (half, quarter, one) = (lit::<T>(0.5), lit::<T>(0.25), T::one());
         let n = q.len();
@@ -208,7 +208,7 @@ impl<T: Scalar> Nonlinear<T> {
     /// definite. `speed` scales the differences. `false` if M(q_k) is not positive definite either.
     pub(super) fn linearise(
         &mut self,
-        dynamics: &dyn Dynamics<T>,
+        dynamics: &dyn NonlinearTerms<T>,
         start: Start<'_, T>,
         speed: T,
         factor: &mut Factor<T>,
@@ -251,7 +251,7 @@ impl<T: Scalar> Nonlinear<T> {
     /// v_free ← v − M̂⁻¹ ρ₀(v).
     pub(super) fn free_velocity(
         &mut self,
-        dynamics: &dyn Dynamics<T>,
+        dynamics: &dyn NonlinearTerms<T>,
         start: Start<'_, T>,
         v: &[T],
         factor: &mut Factor<T>,
@@ -266,7 +266,7 @@ impl<T: Scalar> Nonlinear<T> {
     /// ‖ρ‖∞ / (‖M₀v₀‖∞ + ‖M₁v₁‖∞ + h ‖F‖∞ + h ‖∇V‖∞ + ‖Hᵀp‖∞) for the impulse Hᵀp, at v.
     pub(super) fn left_over(
         &mut self,
-        dynamics: &dyn Dynamics<T>,
+        dynamics: &dyn NonlinearTerms<T>,
         start: Start<'_, T>,
         v: &[T],
         impulse: &[T],

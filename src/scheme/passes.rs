@@ -1,14 +1,11 @@
 //! The passes of a step whose terms depend on its end: joints and nonlinear systems.
 
-use super::joints::{STAGNATION as JOINT_STAGNATION, Span};
+use super::joints::{STAGNATION as JOINT_STAGNATION, Span, joints_of};
 use super::nonlinear::Start;
 use super::record::{Next, State};
 use super::{Settings, StepError, ThetaScheme};
-use crate::laws::ContactLaw;
 use crate::linalg::max_abs;
 use crate::scalar::{Scalar, all_finite, epsilon, lit, to_f64};
-use crate::solver::ConeSolver;
-use crate::system::MechanicalSystem;
 
 /// Most passes of a step. Each gains a factor of the order of h‖ω‖, so that a sound step takes three to five.
 const MOST_PASSES: usize = 50;
@@ -27,13 +24,7 @@ impl<'a, T: Scalar> Start<'a, T> {
     }
 }
 
-impl<T, const D: usize, S, L, V> ThetaScheme<T, D, S, L, V>
-where
-    T: Scalar,
-    S: MechanicalSystem<T, D>,
-    L: ContactLaw<T, D>,
-    V: ConeSolver<T, D>,
-{
+impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
     /// F_{k+θ}, the end of the prescribed motions, v_{k+θ} ← v_k elsewhere as a first guess, and the iteration matrix of
     /// a nonlinear system.
     pub(super) fn start_passes(&mut self) -> Result<(), StepError> {
@@ -78,7 +69,7 @@ where
         if !joints.is_empty() {
             let span = Span::of(settings, state, lasting.as_ref());
             let impulse = (!next.contacts.is_empty()).then_some(&next.impulse[..]);
-            let left_over = joints.judge(system, span, factor, &next.v, impulse);
+            let left_over = joints.judge(&**system, span, factor, &next.v, impulse);
             let stagnates = self.passes > 3 && !(left_over.excess < self.left_over * lit::<T>(0.5));
             let enough = lit::<T>(if stagnates || impulse.is_none() { JOINT_STAGNATION } else { 1.0 });
             self.left_over = left_over.excess;
@@ -94,7 +85,7 @@ where
             }
             let ((step, time), passes) = (self.place(), self.passes);
             let (excess, tolerance) = (to_f64(left_over.excess), to_f64(left_over.tolerance));
-            let (joint, opening) = (self.system.joint_label(left_over.row), to_f64(left_over.opening));
+            let (joint, opening) = (joints_of(&*self.system).label(left_over.row), to_f64(left_over.opening));
             return Err(StepError::JointPasses { step, time, joint, opening, tolerance, excess, passes });
         }
         if let (Some(nonlinear), Some(dynamics)) = (&mut self.nonlinear, system.nonlinear()) {

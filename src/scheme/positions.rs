@@ -15,11 +15,8 @@ use super::lasting::{Entry, Lasting, root};
 use super::record::{ContactStep, Next};
 use super::{Settings, ThetaScheme};
 use crate::cone::BlockMatrix;
-use crate::laws::ContactLaw;
-use crate::linalg::{BlockRows, axpy, dot};
+use crate::linalg::{BlockRows, dot};
 use crate::scalar::{Scalar, lit};
-use crate::solver::ConeSolver;
-use crate::system::MechanicalSystem;
 
 /// Sweeps over the overlaps in one step; what they leave, the next step takes.
 const SWEEPS: usize = 50;
@@ -82,13 +79,7 @@ impl<T: Scalar> Lasting<T> {
     }
 }
 
-impl<T, const D: usize, S, L, V> ThetaScheme<T, D, S, L, V>
-where
-    T: Scalar,
-    S: MechanicalSystem<T, D>,
-    L: ContactLaw<T, D>,
-    V: ConeSolver<T, D>,
-{
+impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
     /// q_{k+1} ← q_{k+1} + Δq where lasting contacts overlap; the position work, −F·Δq.
     pub(super) fn correct_positions(&mut self) -> T {
         let Self { system, settings, tolerances: (tolerance, _), state, next, lasting, .. } = self;
@@ -127,7 +118,7 @@ where
         let Self { system, settings: Settings { step: h, .. }, next, lasting, jacobian, .. } = self;
         let (w, factor, joints) = (self.problem.delassus(), &mut self.factor, &mut self.joints);
         let Some(lasting) = lasting else { return T::zero() };
-        let Next { q, v_free, force, scratch, impulse, contacts, .. } = next;
+        let Next { q, place, v_free, force, scratch, impulse, contacts, .. } = next;
         // H_N M̂⁻¹F, the acceleration that pulls a contact open.
         let pull = |row: usize, contact: &ContactStep<T, D>| {
             (jacobian.velocity(row, v_free)[0] - contact.before[0]) / *h
@@ -163,14 +154,15 @@ where
         scratch.copy_from_slice(impulse);
         if joints.is_empty() {
             factor.solve_in_place(scratch);
-            axpy(q, T::one(), scratch);
+            place.copy_from_slice(q);
+            system.advance(place, scratch, q);
             return -dot(force, scratch);
         }
         joints.respond(factor, scratch);
-        impulse.copy_from_slice(q);
-        axpy(q, T::one(), scratch);
-        joints.close(system, factor, impulse, q);
-        axpy(impulse, -T::one(), q);
-        dot(force, impulse)
+        place.copy_from_slice(q);
+        system.advance(place, scratch, q);
+        joints.close(&**system, factor, place, q);
+        system.difference(place, q, scratch);
+        -dot(force, scratch)
     }
 }

@@ -127,6 +127,8 @@ pub enum Part {
 #[derive(Debug)]
 pub(super) struct Next<T: Scalar, const D: usize> {
     pub(super) q: Vec<T>,
+    /// A configuration on the way.
+    pub(super) place: Vec<T>,
     pub(super) v: Vec<T>,
     pub(super) v_theta: Vec<T>,
     pub(super) v_free: Vec<T>,
@@ -143,10 +145,11 @@ pub(super) struct Next<T: Scalar, const D: usize> {
 }
 
 impl<T: Scalar, const D: usize> Next<T, D> {
-    pub(super) fn new(dofs: usize, prescribed: usize) -> Self {
+    pub(super) fn new(coordinates: usize, dofs: usize, prescribed: usize) -> Self {
         let zeros = || vec![T::zero(); dofs];
         Self {
-            q: zeros(),
+            q: vec![T::zero(); coordinates],
+            place: vec![T::zero(); coordinates],
             v: zeros(),
             v_theta: zeros(),
             v_free: zeros(),

@@ -16,7 +16,7 @@ use super::ContactStep;
 use crate::contact::ContactId;
 use crate::linalg::{BlockRows, Symmetric};
 use crate::scalar::{Scalar, lit, to_f64};
-use crate::system::MechanicalSystem;
+use crate::system::Dynamics;
 
 /// Steps in a row that a body must be at rest.
 const QUIET: u8 = 8;
@@ -69,7 +69,7 @@ pub(super) struct RestMark {
     /// Island of every sleeper, and its place in the list of bodies.
     sleepers: Vec<(u64, u64)>,
     /// Identity, interface, gap and island of their contacts.
-    contacts: Vec<(u64, u64, f64, u64)>,
+    contacts: Vec<(ContactId, u64, f64, u64)>,
 }
 
 impl RestMark {
@@ -81,10 +81,10 @@ impl RestMark {
 
 impl<T: Scalar, const D: usize> Rest<T, D> {
     /// `None` for systems that cannot rest: without bodies, or with terms that depend on time or couple them otherwise.
-    pub(super) fn new<S: MechanicalSystem<T, D>>(system: &S, step: T, tolerance: T) -> Option<Self> {
+    pub(super) fn new(system: &dyn Dynamics<T>, step: T, tolerance: T) -> Option<Self> {
         let unit = system.body_dofs().filter(|&unit| unit > 0 && system.dofs().is_multiple_of(unit))?;
         let Symmetric::Diagonal(mass) = system.mass() else { return None };
-        let coupled = system.stiffness().is_some() || system.damping().is_some() || system.joint_rows() > 0;
+        let coupled = system.stiffness().is_some() || system.damping().is_some() || system.joints().is_some();
         let other = system.nonlinear().is_some() || system.prescribed().is_some();
         if coupled || other || system.forces().varies() {
             return None;
@@ -277,7 +277,7 @@ impl<T: Scalar, const D: usize> Rest<T, D> {
     pub(super) fn mark(&self) -> RestMark {
         let sleepers = self.island.iter().enumerate().filter(|&(_, &island)| island != AWAKE);
         let contact = |(contact, island): &(ContactStep<T, D>, usize)| {
-            (contact.id.0, contact.interface as u64, to_f64(contact.gap), *island as u64)
+            (contact.id, contact.interface as u64, to_f64(contact.gap), *island as u64)
         };
         RestMark {
             quiet: self.quiet.clone(),
@@ -291,7 +291,7 @@ impl<T: Scalar, const D: usize> Rest<T, D> {
         &mut self,
         mark: &RestMark,
         interfaces: usize,
-        last: &[(u64, Vec<f64>)],
+        last: &[(ContactId, Vec<f64>)],
     ) -> Option<()> {
         let bodies = self.asleep.len();
         let below = |x: u64, count: usize| usize::try_from(x).ok().filter(|&x| x < count);
@@ -307,8 +307,7 @@ impl<T: Scalar, const D: usize> Rest<T, D> {
         for &(id, interface, gap, root) in &mark.contacts {
             let (_, p) = last.get(last.binary_search_by_key(&id, |&(id, _)| id).ok()?)?;
             let percussion = SVector::from_fn(|i, _| lit(p[i]));
-            let contact =
-                ContactStep::resting(ContactId(id), below(interface, interfaces)?, lit(gap), percussion);
+            let contact = ContactStep::resting(id, below(interface, interfaces)?, lit(gap), percussion);
             contacts.push((contact, below(root, bodies)?));
         }
         self.quiet.copy_from_slice(&mark.quiet);

@@ -2,12 +2,12 @@
 
 use nalgebra::SVector;
 
-use super::joints::{LEAST_ROUNDING, ROUNDING};
+use super::joints::{LEAST_ROUNDING, ROUNDING, joints_of};
 use super::{Activation, SetupError};
 use crate::laws::{Approach, ContactLaw, Response};
 use crate::linalg::{Symmetric, max_abs};
 use crate::scalar::{Scalar, all_finite, epsilon, lit, to_f64};
-use crate::system::{MechanicalSystem, Prescribed};
+use crate::system::{Dynamics, Prescribed};
 
 /// Parameters of the scheme.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,7 +30,7 @@ pub struct Settings<T> {
     pub theta_rest: T,
     /// Leave islands of bodies at rest out of the steps until something touches them. Default `false`. It neglects motion
     /// within the tolerance of the cone solver, and nothing else; systems that cannot say what rests
-    /// ([`MechanicalSystem::body_dofs`]), with joints or with forces that vary in time compute every step.
+    /// ([`Dynamics::body_dofs`]), with joints or with forces that vary in time compute every step.
     pub sleep: bool,
     /// Opening (m or rad) of a joint against that of the start which a step may leave. `None`, the default, is 64 ε of the
     /// largest coordinate, what the rounding of positions leaves; it never adds up over steps. Looser tolerances save a
@@ -68,8 +68,8 @@ pub(super) fn check_settings<T: Scalar>(settings: &Settings<T>) -> Result<(), Se
     Ok(())
 }
 
-pub(super) fn check_laws<T: Scalar, const D: usize, L: ContactLaw<T, D>>(
-    laws: &[L],
+pub(super) fn check_laws<T: Scalar, const D: usize>(
+    laws: &[Box<dyn ContactLaw<T, D>>],
     interfaces: usize,
     settings: &Settings<T>,
 ) -> Result<(), SetupError> {
@@ -101,10 +101,7 @@ pub(super) fn check_laws<T: Scalar, const D: usize, L: ContactLaw<T, D>>(
 }
 
 /// M̂ = M + hθC + h²θ²K.
-pub(super) fn iteration_matrix<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
-    system: &S,
-    settings: &Settings<T>,
-) -> Symmetric<T> {
+pub(super) fn iteration_matrix<T: Scalar>(system: &dyn Dynamics<T>, settings: &Settings<T>) -> Symmetric<T> {
     let weight = settings.step * settings.theta;
     let mut matrix = system.mass().clone();
     if let Some(damping) = system.damping() {
@@ -117,8 +114,8 @@ pub(super) fn iteration_matrix<T: Scalar, const D: usize, S: MechanicalSystem<T,
 }
 
 /// Entries of M̂ between free degrees of freedom and prescribed ones; none where nothing prescribed moves.
-pub(super) fn coupling<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
-    system: &S,
+pub(super) fn coupling<T: Scalar>(
+    system: &dyn Dynamics<T>,
     matrix: &Symmetric<T>,
     free: usize,
 ) -> Vec<(usize, usize, T)> {
@@ -130,23 +127,32 @@ pub(super) fn coupling<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
 
 /// Checks that every operator of the system and the state have one component per degree of freedom, and that the
 /// state is finite.
-pub(super) fn check_sizes<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
-    system: &S,
-    q: &[T],
-    v: &[T],
-) -> Result<(), SetupError> {
+pub(super) fn check_sizes<T: Scalar>(system: &dyn Dynamics<T>, q: &[T], v: &[T]) -> Result<(), SetupError> {
     let expected = system.dofs();
     let sizes = [
         ("mass", system.mass().size()),
         ("damping", system.damping().map_or(expected, Symmetric::size)),
         ("stiffness", system.stiffness().map_or(expected, Symmetric::size)),
         ("force", system.forces().constant_part().len()),
-        ("q", q.len()),
         ("v", v.len()),
         ("prescribed", system.prescribed().map_or(expected, |p| p.first().saturating_add(p.count()))),
     ];
     if let Some(&(what, given)) = sizes.iter().find(|&&(_, given)| given != expected) {
         return Err(SetupError::Size { what, expected, given });
+    }
+    let (expected, given) = (system.coordinates(), q.len());
+    if given != expected {
+        return Err(SetupError::Size { what: "q", expected, given });
+    }
+    let linear = [
+        ("stiffness", system.stiffness().is_some()),
+        ("prescribed motion", system.prescribed().is_some()),
+        ("nonlinear terms", system.nonlinear().is_some()),
+    ];
+    if !system.is_flat()
+        && let Some(&(what, _)) = linear.iter().find(|&&(_, has)| has)
+    {
+        return Err(SetupError::Curved { what });
     }
     for (what, x) in [("q", q), ("v", v)] {
         if let Some(component) = x.iter().position(|x| !all_finite([x])) {
@@ -161,13 +167,14 @@ pub(super) fn check_sizes<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
 const JOINT_TOLERANCE: f64 = 1e-9;
 
 /// Checks that joints are closed at the start, and θ > 0 where there are any.
-pub(super) fn check_joints<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
-    system: &S,
+pub(super) fn check_joints<T: Scalar>(
+    system: &dyn Dynamics<T>,
     settings: &Settings<T>,
     q: &[T],
     length: T,
 ) -> Result<(), SetupError> {
-    let rows = system.joint_rows();
+    let joints = joints_of(system);
+    let rows = joints.rows();
     if rows == 0 {
         return Ok(());
     }
@@ -178,7 +185,7 @@ pub(super) fn check_joints<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>
         return Err(SetupError::JointsNonlinear);
     }
     let mut open = vec![T::zero(); rows];
-    system.joint_residual(q, &mut open);
+    joints.residual(q, &mut open);
     let larger = nalgebra::RealField::max;
     if let Some(tolerance) = settings.joint_tolerance {
         let rounding = lit::<T>(LEAST_ROUNDING) * epsilon::<T>() * larger(length, max_abs(q));
@@ -191,16 +198,16 @@ pub(super) fn check_joints<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>
     let bound = larger(lit::<T>(JOINT_TOLERANCE), floor) * (length + T::one());
     let bound = larger(bound, settings.joint_tolerance.unwrap_or_else(T::zero));
     match open.iter().position(|&x| !(nalgebra::ComplexField::abs(x) <= bound)) {
-        Some(row) => Err(SetupError::JointOpen { joint: system.joint_label(row), by: to_f64(open[row]) }),
+        Some(row) => Err(SetupError::JointOpen { joint: joints.label(row), by: to_f64(open[row]) }),
         None => Ok(()),
     }
 }
 
 /// The tolerances of the active set in this system, (gap, velocity).
-pub(super) fn tolerances<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
+pub(super) fn tolerances<T: Scalar>(
     activation: &Activation<T>,
     solver_tolerance: T,
-    system: &S,
+    system: &dyn Dynamics<T>,
     q: &[T],
     v: &[T],
 ) -> Result<(T, T), SetupError> {

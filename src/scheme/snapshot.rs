@@ -8,10 +8,7 @@ use super::nonlinear::Nonlinear;
 use super::rest::{Rest, RestMark};
 use super::{ContactStep, ThetaScheme};
 use crate::contact::ContactId;
-use crate::laws::ContactLaw;
 use crate::scalar::{Scalar, all_finite, lit, to_f64};
-use crate::solver::ConeSolver;
-use crate::system::MechanicalSystem;
 
 /// All that the next steps depend on, beside what the scheme was set up with: the state, and the percussions that
 /// warm-start the cone solver. Exact for `f32` and `f64`.
@@ -27,8 +24,8 @@ pub struct Snapshot {
     q: Vec<f64>,
     v: Vec<f64>,
     energies: [f64; 3],
-    contacts: Vec<(u64, Vec<f64>)>,
-    older: Vec<(u64, Vec<f64>)>,
+    contacts: Vec<(ContactId, Vec<f64>)>,
+    older: Vec<(ContactId, Vec<f64>)>,
     rest: Option<RestMark>,
     lasting: Option<LastingMark>,
 }
@@ -48,18 +45,12 @@ impl Snapshot {
     }
 }
 
-impl<T, const D: usize, S, L, V> ThetaScheme<T, D, S, L, V>
-where
-    T: Scalar,
-    S: MechanicalSystem<T, D>,
-    L: ContactLaw<T, D>,
-    V: ConeSolver<T, D>,
-{
+impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
     /// The state reached, as plain numbers.
     pub fn snapshot(&self) -> Snapshot {
         let plain = |x: &[T]| x.iter().map(|&x| to_f64(x)).collect();
         let energies = &self.last.energies;
-        let percussion = |contact: &ContactStep<T, D>| (contact.id.0, plain(contact.percussion.as_slice()));
+        let percussion = |contact: &ContactStep<T, D>| (contact.id, plain(contact.percussion.as_slice()));
         Snapshot {
             index: self.state.index as u64,
             clock: [self.clock.origin, self.clock.low].map(to_f64),
@@ -127,9 +118,11 @@ where
             [(&mut self.last.contacts, &snapshot.contacts), (&mut self.older, &snapshot.older)]
         {
             list.clear();
-            list.extend(numbers.iter().map(|(id, p)| {
-                ContactStep::resting(ContactId(*id), 0, T::zero(), SVector::from_fn(|i, _| lit(p[i])))
-            }));
+            list.extend(
+                numbers.iter().map(|(id, p)| {
+                    ContactStep::resting(*id, 0, T::zero(), SVector::from_fn(|i, _| lit(p[i])))
+                }),
+            );
         }
         Ok(())
     }

@@ -12,22 +12,16 @@ use super::{ActivationRule, ContactStep, Part, Settings, Step, StepError, ThetaS
 use crate::cone::ConeProblem;
 use crate::contact::{Candidate, ContactId, pose};
 use crate::energy::{Balance, Energies};
-use crate::laws::{Approach, ContactLaw};
-use crate::linalg::{Factor, axpy, dot, sums};
+use crate::laws::Approach;
+use crate::linalg::{Factor, dot, sums};
 use crate::scalar::{Scalar, all_finite, lit, to_f64};
-use crate::solver::{ConeSolver, Solution, solve_or_rescue};
-use crate::system::{MechanicalSystem, Prescribed};
+use crate::solver::{Solution, solve_or_rescue};
+use crate::system::Prescribed;
 
 /// Most that percussions are scaled by to start the next step with, where its length is another.
 const MOST_GROWTH: f64 = 8.0;
 
-impl<T, const D: usize, S, L, V> ThetaScheme<T, D, S, L, V>
-where
-    T: Scalar,
-    S: MechanicalSystem<T, D>,
-    L: ContactLaw<T, D>,
-    V: ConeSolver<T, D>,
-{
+impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
     /// Makes one step of (52)/(63).
     ///
     /// # Errors
@@ -101,17 +95,19 @@ where
         }
         let rule = self.settings.activation.rule;
         self.candidates.clear();
-        let Self { system, state, next: Next { scratch, .. }, rest, candidates, crossed, .. } = self;
-        scratch.copy_from_slice(&state.q);
-        if rule != ActivationRule::CurrentGap {
-            axpy(scratch, h, &state.v);
+        let Self { system, state, next: Next { place, scratch, .. }, rest, candidates, crossed, .. } = self;
+        if rule == ActivationRule::CurrentGap {
+            place.copy_from_slice(&state.q);
+        } else {
+            scratch.iter_mut().zip(&state.v).for_each(|(s, &v)| *s = h * v);
+            system.advance(&state.q, scratch, place);
         }
         let asleep = rest.as_ref().map_or(&[][..], |rest| rest.asleep());
         match rest {
-            Some(_) => system.awake_candidates(scratch, reach, asleep, candidates),
-            None => system.candidates(scratch, reach, candidates),
+            Some(_) => system.awake_candidates(place, reach, asleep, candidates),
+            None => system.candidates(place, reach, candidates),
         }
-        crossed.find(system, &state.q, (h, &state.v), asleep, candidates);
+        crossed.find(&mut **system, &state.q, (h, &state.v), asleep, candidates);
         self.candidates.sort_unstable_by_key(|candidate| candidate.id);
         self.jacobian.clear();
         self.next.contacts.clear();
@@ -126,7 +122,8 @@ where
                 return Err(self.unknown(id, "interface", interface, self.laws.len()));
             }
             let row = self.jacobian.rows();
-            let place = self.crossed.place(id, (h, &self.state), &mut self.next.scratch);
+            let Next { scratch, place, .. } = &mut self.next;
+            let place = self.crossed.place(id, &*self.system, (h, &self.state), (scratch, place));
             self.system.jacobian(id, place, &mut self.jacobian);
             let dofs = self.state.v.len();
             if let Some(column) = self.jacobian.largest_column(row).filter(|&column| column >= dofs) {
@@ -196,7 +193,7 @@ where
             let approach = Approach::impact(contact.before, contact.theta);
             let approach = approach.with_gap(gap, self.settings.step, contact.lasting);
             let free = self.jacobian.velocity(i, &self.next.v_free);
-            match pose(&self.laws[contact.interface], &approach, &free) {
+            match pose(&*self.laws[contact.interface], &approach, &free) {
                 Ok((shifted, mu)) => {
                     b.push(shifted);
                     friction.push(mu);
@@ -238,13 +235,13 @@ where
         };
         exchange(problem);
         let solved = if contacts > WORTH_SPLITTING && islands.split(problem.delassus()) > 1 {
-            islands.solve(problem, (warm_start, older), percussions, solver)
+            islands.solve(problem, (warm_start, older), percussions, &mut **solver)
         } else {
             // A single contact is solved exactly from anywhere.
             if contacts > 1 {
                 choose_start(problem, warm_start, older, solver.stopping().tolerance);
             }
-            solve_or_rescue(solver, problem, (warm_start, older), percussions)
+            solve_or_rescue(&mut **solver, problem, (warm_start, older), percussions)
                 .map_err(|source| (contacts, source))
         };
         exchange(problem);
@@ -312,7 +309,7 @@ where
             },
             |nonlinear| nonlinear.next_energies(&next.v),
         );
-        let energies = Energies { kinetic, elastic, potential: system.forces().potential(&next.q) };
+        let energies = Energies { kinetic, elastic, potential: system.potential(&next.q) };
         if !all_finite(&[energies.total(), balance.imbalance]) {
             let (step, time) = self.place();
             return Err(StepError::Energy { step, time, kinetic: to_f64(energies.kinetic) });

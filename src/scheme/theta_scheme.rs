@@ -6,7 +6,7 @@ use super::clock::Clock;
 use super::crossed::Crossed;
 use super::delassus::Assembler;
 use super::islands::Islands;
-use super::joints::Joints;
+use super::joints::Bilateral;
 use super::kept::{Kept, constant_rows};
 use super::lasting::Lasting;
 use super::nonlinear::Nonlinear;
@@ -25,16 +25,16 @@ use crate::laws::ContactLaw;
 use crate::linalg::{BlockRows, Factor, dot};
 use crate::scalar::{Scalar, all_finite, lit, to_f64};
 use crate::solver::ConeSolver;
-use crate::system::{MechanicalSystem, Scales};
+use crate::system::{Scales, System};
 
 /// The Moreau–Jean θ-scheme over a system, one law per interface, and a cone solver.
 ///
 /// A warm step allocates nothing. A step that fails leaves the state as it was.
 #[derive(Debug)]
-pub struct ThetaScheme<T: Scalar, const D: usize, S, L, V> {
-    pub(super) system: S,
-    pub(super) laws: Vec<L>,
-    pub(super) solver: V,
+pub struct ThetaScheme<T: Scalar, const D: usize> {
+    pub(super) system: Box<dyn System<T, D>>,
+    pub(super) laws: Vec<Box<dyn ContactLaw<T, D>>>,
+    pub(super) solver: Box<dyn ConeSolver<T, D>>,
     pub(super) settings: Settings<T>,
     pub(super) tolerances: (T, T),
     /// Factors of M̂ = M + hθC + h²θ²K over the free degrees of freedom, the first `free` ones, and its entries
@@ -48,7 +48,7 @@ pub struct ThetaScheme<T: Scalar, const D: usize, S, L, V> {
     pub(super) assembler: Assembler<T, D>,
     pub(super) islands: Islands<T, D>,
     pub(super) rest: Option<Rest<T, D>>,
-    pub(super) joints: Joints<T>,
+    pub(super) joints: Bilateral<T>,
     pub(super) crossed: Crossed<T, D>,
     pub(super) lasting: Option<Lasting<T>>,
     /// Length (m) that scales the tolerance of the joints, and speed (m/s) of the differences of a nonlinear system.
@@ -77,22 +77,16 @@ pub struct ThetaScheme<T: Scalar, const D: usize, S, L, V> {
     pub(super) percussions: Vec<SVector<T, D>>,
 }
 
-impl<T, const D: usize, S, L, V> ThetaScheme<T, D, S, L, V>
-where
-    T: Scalar,
-    S: MechanicalSystem<T, D>,
-    L: ContactLaw<T, D>,
-    V: ConeSolver<T, D>,
-{
+impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
     /// Sets the scheme up at time `start_time` in the state (q, v); `laws[i]` governs interface i.
     ///
     /// # Errors
     /// [`SetupError`]: θ outside [0, 1] or outside the interval claimed by a law, h ≤ 0, wrong sizes, a state
     /// that is not finite, M or M̂ not positive definite.
     pub fn new(
-        system: S,
-        laws: Vec<L>,
-        solver: V,
+        system: Box<dyn System<T, D>>,
+        laws: Vec<Box<dyn ContactLaw<T, D>>>,
+        solver: Box<dyn ConeSolver<T, D>>,
         settings: Settings<T>,
         start_time: T,
         q: Vec<T>,
@@ -101,20 +95,20 @@ where
         solver.stopping().check()?;
         check_settings(&settings)?;
         check_laws(&laws, system.interfaces(), &settings)?;
-        check_sizes(&system, &q, &v)?;
+        check_sizes(&*system, &q, &v)?;
         let scales = system.scales(&q, &v);
-        check_joints(&system, &settings, &q, scales.length)?;
+        check_joints(&*system, &settings, &q, scales.length)?;
         Factor::new(system.mass()).map_err(SetupError::Mass)?;
         let (mut q, mut v, mut system) = (q, v, system);
         let free = system.prescribed().map_or(system.dofs(), |prescribed| prescribed.first());
         if let Some(prescribed) = system.prescribed() {
             prescribed.set(start_time, settings.step, settings.theta, &mut q, &mut v);
         }
-        let matrix = iteration_matrix(&system, &settings);
-        let coupling = coupling(&system, &matrix, free);
+        let matrix = iteration_matrix(&*system, &settings);
+        let coupling = coupling(&*system, &matrix, free);
         let matrix = if free < system.dofs() { matrix.leading(free) } else { matrix };
-        let rows = if system.constant_jacobian() && system.joint_rows() == 0 {
-            constant_rows(&mut system, &q)?
+        let rows = if system.constant_jacobian() && system.joints().is_none() {
+            constant_rows(&mut *system, &q)?
         } else {
             None
         };
@@ -125,7 +119,7 @@ where
         let nonlinear = system.nonlinear().map(|dynamics| Box::new(Nonlinear::new(dynamics, &q)));
 
         let n = system.dofs();
-        let mut next = Next::new(n, n - free);
+        let mut next = Next::new(q.len(), n, n - free);
         system.mass().multiply(&v, &mut next.momentum[0]);
         if let Some(stiffness) = system.stiffness() {
             stiffness.multiply(&q, &mut next.elastic_force[0]);
@@ -134,16 +128,16 @@ where
             || (dot(&v, &next.momentum[0]) * lit::<T>(0.5), dot(&q, &next.elastic_force[0]) * lit::<T>(0.5)),
             |nonlinear| nonlinear.energies(&v),
         );
-        let energies = Energies { kinetic, elastic, potential: system.forces().potential(&q) };
+        let energies = Energies { kinetic, elastic, potential: system.potential(&q) };
         if !all_finite(&[energies.total()]) {
             let (kinetic, elastic) = (to_f64(energies.kinetic), to_f64(energies.elastic));
             return Err(SetupError::Energy { kinetic, elastic });
         }
-        let tolerances = tolerances(&settings.activation, solver.stopping().tolerance, &system, &q, &v)?;
-        let rest = settings.sleep.then(|| Rest::new(&system, settings.step, solver.stopping().tolerance));
+        let tolerances = tolerances(&settings.activation, solver.stopping().tolerance, &*system, &q, &v)?;
+        let rest = settings.sleep.then(|| Rest::new(&*system, settings.step, solver.stopping().tolerance));
         let rest = rest.flatten();
-        let lasting = Lasting::new(&system, &laws, &settings, &q);
-        let joints = Joints::new(&system, &q, settings.joint_tolerance);
+        let lasting = Lasting::new(&*system, &laws, &settings, &q);
+        let joints = Bilateral::new(&*system, &q, settings.joint_tolerance);
         Ok(Self {
             system,
             laws,
@@ -159,7 +153,7 @@ where
             islands: Islands::default(),
             rest,
             joints,
-            crossed: Crossed::new(n),
+            crossed: Crossed::new(q.len(), n),
             lasting,
             scales,
             nonlinear,
@@ -199,18 +193,18 @@ where
     }
 
     /// The system.
-    pub fn system(&self) -> &S {
-        &self.system
+    pub fn system(&self) -> &dyn System<T, D> {
+        &*self.system
     }
 
     /// The laws, by interface.
-    pub fn laws(&self) -> &[L] {
+    pub fn laws(&self) -> &[Box<dyn ContactLaw<T, D>>] {
         &self.laws
     }
 
     /// The cone solver.
-    pub fn solver(&self) -> &V {
-        &self.solver
+    pub fn solver(&self) -> &dyn ConeSolver<T, D> {
+        &*self.solver
     }
 
     /// The settings.

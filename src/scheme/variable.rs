@@ -11,11 +11,10 @@ use super::setup::{check_settings, coupling, iteration_matrix};
 use super::{ContactStep, SetupError, ThetaScheme};
 use crate::contact::Candidate;
 use crate::energy::{Balance, Energies};
-use crate::laws::ContactLaw;
 use crate::linalg::{Factor, FactorError, Symmetric};
 use crate::scalar::{Scalar, all_finite};
-use crate::solver::{ConeSolver, Solution};
-use crate::system::{MechanicalSystem, Prescribed, Scales};
+use crate::solver::Solution;
+use crate::system::{Prescribed, Scales};
 
 /// Lengths of steps whose factors are kept.
 const MOST_LENGTHS: usize = 64;
@@ -84,13 +83,7 @@ impl<T: Scalar, const D: usize> Saved<T, D> {
     }
 }
 
-impl<T, const D: usize, S, L, V> ThetaScheme<T, D, S, L, V>
-where
-    T: Scalar,
-    S: MechanicalSystem<T, D>,
-    L: ContactLaw<T, D>,
-    V: ConeSolver<T, D>,
-{
+impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
     /// Gives the steps from here on the length `step` (s). Nothing else changes: θ, laws, active set and state stay.
     ///
     /// M̂ is factored where it depends on h and `step` is not one of the lengths used last, 64 of them at most.
@@ -148,10 +141,10 @@ where
     fn factored(&mut self, settings: &super::Settings<T>) -> Result<Factored<T, D>, SetupError> {
         self.lengths.factored += 1;
         let Self { system, free, state, .. } = self;
-        let matrix = iteration_matrix(system, settings);
-        let coupling = coupling(system, &matrix, *free);
+        let matrix = iteration_matrix(&**system, settings);
+        let coupling = coupling(&**system, &matrix, *free);
         let matrix = if *free < system.dofs() { matrix.leading(*free) } else { matrix };
-        let rows = if self.kept.is_some() { constant_rows(system, &state.q)? } else { None };
+        let rows = if self.kept.is_some() { constant_rows(&mut **system, &state.q)? } else { None };
         let last = rows.as_ref().map(|rows| rows.dofs(*free)).unwrap_or_default();
         let mut factor = Factor::with_last(&matrix, &last).map_err(SetupError::IterationMatrix)?;
         let kept = rows.map(|rows| rows.delassus(&mut factor, *free));

@@ -12,16 +12,13 @@
 
 use nalgebra::SVector;
 
-use super::joints::Span;
+use super::joints::{Span, joints_of};
 use super::lasting::Lasting;
 use super::nonlinear::Start;
 use super::record::Next;
 use super::{Settings, StepError, ThetaScheme};
-use crate::laws::ContactLaw;
 use crate::linalg::{Factor, axpy};
 use crate::scalar::{Scalar, all_finite, lit};
-use crate::solver::ConeSolver;
-use crate::system::MechanicalSystem;
 
 /// Which form of the step is solved, and how.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,13 +43,7 @@ impl Form {
     }
 }
 
-impl<T, const D: usize, S, L, V> ThetaScheme<T, D, S, L, V>
-where
-    T: Scalar,
-    S: MechanicalSystem<T, D>,
-    L: ContactLaw<T, D>,
-    V: ConeSolver<T, D>,
-{
+impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
     /// v_free of this pass, on the joints.
     pub(super) fn set_free_velocity(&mut self) -> Result<(), StepError> {
         let Self { system, settings, state, next, factor, nonlinear, .. } = self;
@@ -68,12 +59,12 @@ where
         }
         let span = Span::of(settings, state, lasting.as_ref());
         if self.passes == 0 {
-            joints.start(system, &state.q, &next.v, self.scales.length);
+            joints.start(&**system, &state.q, &next.v, self.scales.length);
         }
         let contacts = !next.contacts.is_empty();
-        if let Err(row) = joints.bind(system, span, contacts, factor, &mut next.v_free) {
+        if let Err(row) = joints.bind(&**system, span, contacts, factor, &mut next.v_free) {
             let (step, time) = self.place();
-            return Err(StepError::Joints { step, time, joint: self.system.joint_label(row) });
+            return Err(StepError::Joints { step, time, joint: joints_of(&*self.system).label(row) });
         }
         Ok(())
     }
@@ -124,10 +115,21 @@ where
     /// v_{k+1}, v_{k+θ}, q_{k+1}, and what the contacts did.
     pub(super) fn set_next_state(&mut self) -> Result<(), StepError> {
         let Self {
-            settings, state, next, factor, free, form, jacobian, percussions, joints, lasting, ..
+            system,
+            settings,
+            state,
+            next,
+            factor,
+            free,
+            form,
+            jacobian,
+            percussions,
+            joints,
+            lasting,
+            ..
         } = self;
         let (Settings { theta, step: h, .. }, free) = (*settings, *free);
-        let Next { q, v, v_theta, v_free, scratch, impulse, contacts, .. } = next;
+        let Next { q, place, v, v_theta, v_free, scratch, impulse, contacts, .. } = next;
         match factor {
             Factor::Sparse(factor) if *form == Form::Staged => {
                 for (row, p) in percussions.iter().enumerate() {
@@ -164,7 +166,16 @@ where
                 (0..free).for_each(|i| v_theta[i] = (T::one() - theta[i]) * state.v[i] + theta[i] * v[i]);
             }
         }
-        (0..free).for_each(|i| q[i] = state.q[i] + h * v_theta[i]);
+        scratch.iter_mut().zip(&*v_theta).for_each(|(s, &v)| *s = h * v);
+        let told = v.len() - free;
+        if told == 0 {
+            system.advance(&state.q, scratch, q);
+        } else {
+            // What moves as told is there already.
+            system.advance(&state.q, scratch, place);
+            let moved = q.len() - told;
+            q[..moved].copy_from_slice(&place[..moved]);
+        }
         for (i, contact) in contacts.iter_mut().enumerate() {
             contact.percussion = percussions[i];
             contact.after = jacobian.velocity(i, v);

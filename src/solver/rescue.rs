@@ -96,7 +96,7 @@ impl fmt::Display for Attempts {
 /// # Errors
 /// Those of [`ConeSolver::solve`]; where nothing else solved the problem either, [`SolveError::Unsolved`].
 pub fn solve_or_rescue<T: Scalar, const D: usize>(
-    solver: &mut (impl ConeSolver<T, D> + ?Sized),
+    solver: &mut dyn ConeSolver<T, D>,
     problem: &ConeProblem<T, D>,
     (start, older): (&[SVector<T, D>], &[SVector<T, D>]),
     r: &mut [SVector<T, D>],

@@ -3,7 +3,7 @@
 use super::reference::{Reference, visit_between};
 use crate::laws::{Approach, ContactLaw};
 use crate::registry::Registry;
-use crate::scene::{Planar, Run, Scene, build};
+use crate::scene::{Planar, PlannedRun, Scene, build};
 
 /// A frictionless disc thrown on a half-plane: parabolas, impacts u⁺ = −e u⁻, and rest from the accumulation point on,
 /// t₁ + (2 w/G) e/(1−e) with the speed w of the first impact at t₁ and the acceleration G towards the plane.
@@ -40,7 +40,7 @@ fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
 
 impl Ball {
     /// The motion of a scene; an error says what the scene would have to be.
-    pub(super) fn new(scene: &Scene, run: &Run, registry: &Registry) -> Result<Self, String> {
+    pub(super) fn new(scene: &Scene, run: &PlannedRun, registry: &Registry) -> Result<Self, String> {
         let ([body], [plane], [_]) = (&scene.bodies[..], &scene.half_planes[..], &scene.interfaces[..])
         else {
             return Err("one body, one half-plane and one interface".into());
@@ -53,7 +53,7 @@ impl Ball {
             return Err(format!("the disc centred in the body, not at {:?}", disc.centre));
         }
         let scheme: Planar<f64, 1> = build(scene, run, registry).map_err(|error| error.to_string())?;
-        let e = restitution(&scheme.laws()[0])?;
+        let e = restitution(&*scheme.laws()[0])?;
 
         let length = plane.normal[0].hypot(plane.normal[1]);
         let normal = plane.normal.map(|x| x / length);

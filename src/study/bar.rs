@@ -2,8 +2,7 @@
 
 use super::reference::Reference;
 use crate::registry::Registry;
-use crate::scene::{Planar, Run, Scene, build};
-use crate::system::MechanicalSystem as _;
+use crate::scene::{Planar, PlannedRun, Scene, build};
 
 /// The impacting bar of Doyen, Ern & Piperno (2011), doi:10.1137/100791440, by d'Alembert: a front leaves the wall at
 /// the speed c = √(E/ρ) and stops the bar, comes back from the free end and throws it off at v₀. Contact lasts 2L/c with
@@ -28,7 +27,7 @@ pub(super) struct Bar {
 
 impl Bar {
     /// The motion of a scene; an error says what the scene would have to be.
-    pub(super) fn new(scene: &Scene, run: &Run, registry: &Registry) -> Result<Self, String> {
+    pub(super) fn new(scene: &Scene, run: &PlannedRun, registry: &Registry) -> Result<Self, String> {
         let (Some(solid), [plane], [_]) = (&scene.solid, &scene.half_planes[..], &scene.interfaces[..])
         else {
             return Err("a solid, one half-plane and one interface".into());

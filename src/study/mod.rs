@@ -108,7 +108,7 @@ pub use lines::{Bin, Line, MEASURES, Measure, Order, Point};
 pub use plan::SceneStudy;
 pub use problems::{ProblemResults, ProblemStudy};
 pub use reference::Reference;
-pub use run::Outcome;
+pub use run::RunOutcome;
 pub use scene::{Row, SceneResults};
 pub use settings::{Settings, Stepping};
 

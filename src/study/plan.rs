@@ -10,7 +10,7 @@ use super::settings::{SHORT, Settings, changes};
 use super::{StudyError, references};
 use crate::observe::Units;
 use crate::registry::Registry;
-use crate::scene::{Fingerprint, Run, Scene, contact_dimension};
+use crate::scene::{Fingerprint, PlannedRun, Scene, contact_dimension};
 
 /// Runs a study may have.
 const MOST_RUNS: usize = 100_000;
@@ -21,7 +21,7 @@ pub(super) struct Job {
     pub(super) settings: Settings,
     /// The scene with the settings.
     pub(super) scene: Scene,
-    pub(super) run: Run,
+    pub(super) run: PlannedRun,
     pub(super) dimension: usize,
     /// What all of the run depends on.
     pub(super) key: Fingerprint,
@@ -187,7 +187,7 @@ fn of_choice(
     let all: Vec<_> = choice.iter().flat_map(|(key, value)| changes(key, value)).collect();
     let scene = Scene::with_keys(base, path, &all)?;
     let keys: Choice = choice.iter().filter(|(key, _)| !is_short(key)).cloned().collect();
-    let job = |run: Run| {
+    let job = |run: PlannedRun| {
         let scene = Scene { laws: vec![run.law.clone()], solvers: vec![run.solver.clone()], ..scene.clone() };
         let settings = Settings::new(&scene, &run, keys.clone());
         let dimension =

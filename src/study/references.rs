@@ -11,17 +11,15 @@ use super::format::ReferenceSpec;
 use super::plan::Job;
 use super::reference::Reference;
 use crate::event_driven::Settings;
-use crate::observe::RunInfo;
 use crate::registry::Registry;
-use crate::scene::{Planar, Run, ScalarName, Scene, build, contact_dimension, event_driven};
-use crate::simulate::{Outcome, simulate};
-use crate::system::MechanicalSystem as _;
+use crate::scene::{PlannedRun, ScalarName, Scene, contact_dimension};
+use crate::simulate::Ended;
 
 /// A run of the same scene with a finer step.
 pub(super) const FINEST: &str = "finest";
 
 /// The motion of a scene and a run; an error says what the scene would have to be.
-type ClosedForm = fn(&Scene, &Run, &Registry) -> Result<Arc<dyn Reference>, String>;
+type ClosedForm = fn(&Scene, &PlannedRun, &Registry) -> Result<Arc<dyn Reference>, String>;
 
 /// References that are no run of the scheme.
 const CLOSED_FORMS: [(&str, ClosedForm); 3] = [
@@ -30,13 +28,14 @@ const CLOSED_FORMS: [(&str, ClosedForm); 3] = [
     ("impacting-bar", |scene, run, registry| Ok(Arc::new(Bar::new(scene, run, registry)?))),
 ];
 
-fn event_driven_motion(scene: &Scene, run: &Run, registry: &Registry) -> Result<Arc<dyn Reference>, String> {
+fn event_driven_motion(
+    scene: &Scene,
+    run: &PlannedRun,
+    registry: &Registry,
+) -> Result<Arc<dyn Reference>, String> {
     let settings = Settings::default();
-    let motion = match contact_dimension(scene, std::slice::from_ref(run), registry) {
-        Ok(1) => event_driven::<1>(scene, run, registry).map(|integration| integration.integrate(&settings)),
-        Ok(_) => event_driven::<2>(scene, run, registry).map(|integration| integration.integrate(&settings)),
-        Err(error) => Err(error),
-    };
+    let motion = contact_dimension(scene, std::slice::from_ref(run), registry)
+        .and_then(|dimension| scene.motion(run, dimension, registry, &settings));
     match motion {
         Ok(Ok(motion)) => Ok(Arc::new(motion)),
         Ok(Err(error)) => Err(error.to_string()),
@@ -77,7 +76,7 @@ pub(super) fn check(spec: &ReferenceSpec) -> Result<(), String> {
 pub(super) struct Target {
     kind: String,
     scene: Scene,
-    run: Run,
+    run: PlannedRun,
     dimension: usize,
     settings: String,
 }
@@ -109,7 +108,7 @@ impl Target {
         time.allow_unproved_theta = true;
         let combination =
             |source| StudyError::Combination { settings: job.settings.words(), source: Box::new(source) };
-        let run = match <[Run; 1]>::try_from(scene.runs(registry).map_err(combination)?) {
+        let run = match <[PlannedRun; 1]>::try_from(scene.runs(registry).map_err(combination)?) {
             Ok([run]) => run,
             Err(_) => job.run.clone(),
         };
@@ -143,27 +142,23 @@ impl Target {
             return form(&self.scene, &self.run, registry).map(Some).map_err(failed);
         }
         let memory = MEMORY / count.max(1);
-        let sampled = match self.dimension {
-            1 => self.sample::<1>(registry, memory, stop),
-            _ => self.sample::<2>(registry, memory, stop),
-        };
+        let sampled = self.sample(registry, memory, stop);
         Ok(sampled.map_err(failed)?.map(|sampled| Arc::new(sampled) as Arc<dyn Reference>))
     }
 
-    fn sample<const D: usize>(
+    fn sample(
         &self,
         registry: &Registry,
         memory: usize,
         stop: &AtomicBool,
     ) -> Result<Option<Sampled>, String> {
-        let mut scheme: Planar<f64, D> =
-            build(&self.scene, &self.run, registry).map_err(|error| error.to_string())?;
-        let mut sampled = Sampled::new(scheme.system().dofs(), self.run.steps, memory);
-        let info = RunInfo::new(&self.run.law, &self.run.solver, Vec::new(), scheme.settings());
-        let ended = simulate(&mut scheme, self.run.steps, &info, &mut [&mut sampled], stop);
+        let mut simulation = (self.scene.simulation(&self.run, self.dimension, registry))
+            .map_err(|error| error.to_string())?;
+        let mut sampled = Sampled::new(simulation.dofs(), self.run.steps, memory);
+        let ended = simulation.run(self.run.steps, &mut [&mut sampled], stop);
         match ended.map_err(|error| error.to_string())? {
-            Outcome::Completed => Ok(Some(sampled)),
-            Outcome::Interrupted => Ok(None),
+            Ended::Completed => Ok(Some(sampled)),
+            Ended::Interrupted => Ok(None),
         }
     }
 }

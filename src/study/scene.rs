@@ -9,7 +9,7 @@ use super::engine::{Tasks, complete, spread};
 use super::plan::Job;
 use super::reference::Reference;
 use super::references::Target;
-use super::run::{Outcome, measure};
+use super::run::{RunOutcome, measure};
 use super::settings::Settings;
 use super::{MarkSpec, Progress, SceneStudy, StudyError, StudyOptions};
 use crate::observe::Units;
@@ -22,7 +22,7 @@ pub struct Row {
     /// End of the run (s).
     pub end: f64,
     /// What came of it.
-    pub outcome: Outcome,
+    pub outcome: RunOutcome,
 }
 
 /// What a study of a scene left.
@@ -87,7 +87,7 @@ impl SceneStudy {
         let tasks = SceneTasks { study: self, targets, count, options, made };
         let outcomes = complete(&tasks, folder, options, stop, tell)?;
         let missing = outcomes.iter().filter(|outcome| outcome.is_none()).count();
-        let row = |(job, outcome): (&Job, Option<Outcome>)| {
+        let row = |(job, outcome): (&Job, Option<RunOutcome>)| {
             outcome.map(|outcome| Row { settings: job.settings.clone(), end: job.scene.time.end, outcome })
         };
         Ok(SceneResults {
@@ -112,7 +112,7 @@ impl Job {
 }
 
 impl Tasks for SceneTasks<'_> {
-    type Outcome = Outcome;
+    type Outcome = RunOutcome;
 
     fn keys(&self) -> Vec<u64> {
         let both = self.study.jobs.iter().zip(&self.targets);
@@ -139,7 +139,7 @@ impl Tasks for SceneTasks<'_> {
         })
     }
 
-    fn work(&self, task: usize, stop: &AtomicBool) -> Result<Option<Outcome>, StudyError> {
+    fn work(&self, task: usize, stop: &AtomicBool) -> Result<Option<RunOutcome>, StudyError> {
         let reference = self.references().get(&self.targets[task].0).cloned();
         let (registry, job) = (&self.study.registry, &self.study.jobs[task]);
         Ok(reference.and_then(|reference| measure(registry, job, &reference, self.options.timed, stop)))

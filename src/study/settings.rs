@@ -4,7 +4,7 @@ use toml::Value;
 
 use super::format::Axis;
 use crate::scalar::{Scalar, to_f64};
-use crate::scene::{Run, ScalarName, Scene};
+use crate::scene::{PlannedRun, ScalarName, Scene};
 use crate::solver::default_tolerance;
 
 /// How long the steps are.
@@ -93,7 +93,7 @@ pub(super) fn scalar_name(scalar: ScalarName) -> &'static str {
 
 impl Settings {
     /// The settings of a run of a scene; `keys` are those of the study that are keys of the scene.
-    pub(super) fn new(scene: &Scene, run: &Run, keys: Vec<(String, Value)>) -> Self {
+    pub(super) fn new(scene: &Scene, run: &PlannedRun, keys: Vec<(String, Value)>) -> Self {
         let default = match scene.scalar {
             ScalarName::F64 => default_tolerance::<f64>(),
             ScalarName::F32 => to_f64(default_tolerance::<f32>()),

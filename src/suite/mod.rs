@@ -21,7 +21,7 @@ mod violation;
 
 use proptest::test_runner::{Config, FileFailurePersistence, RngAlgorithm, TestRng, TestRunner};
 
-pub use laws::{check_balance, check_dissipation, check_lasting, check_law, check_law_in, work_bound};
+pub use laws::{Draw, check_balance, check_dissipation, check_lasting, check_law, check_law_in, work_bound};
 pub use strategies::{RandomSystem, random_system};
 pub use violation::{Violation, check_claim_is_sharp, find_violation};
 

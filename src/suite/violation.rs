@@ -4,7 +4,7 @@ use nalgebra::SVector;
 use proptest::collection::vec;
 use proptest::strategy::{Strategy, ValueTree};
 
-use super::{RandomSystem, Suite, SuiteFailure, random_system};
+use super::{Draw, RandomSystem, Suite, SuiteFailure, random_system};
 use crate::cone::solve_one_contact;
 use crate::contact::pose;
 use crate::laws::{Approach, ContactLaw};
@@ -32,7 +32,7 @@ pub struct Violation<const D: usize> {
 
 /// Searches random systems of one contact for a step in which contact work, or contact work and numerical
 /// dissipation together, are positive. The search is the same in every run.
-pub fn find_violation<const D: usize, L: ContactLaw<f64, D>>(law: &L, theta: f64) -> Option<Violation<D>> {
+pub fn find_violation<const D: usize>(law: &dyn ContactLaw<f64, D>, theta: f64) -> Option<Violation<D>> {
     let mut runner = Suite::default().runner();
     let systems = random_system::<D>(1);
     (0..SEARCHED).find_map(|_| {
@@ -44,8 +44,8 @@ pub fn find_violation<const D: usize, L: ContactLaw<f64, D>>(law: &L, theta: f64
     })
 }
 
-fn evaluate<const D: usize, L: ContactLaw<f64, D>>(
-    law: &L,
+fn evaluate<const D: usize>(
+    law: &dyn ContactLaw<f64, D>,
     theta: f64,
     system: RandomSystem<D>,
 ) -> Option<Violation<D>> {
@@ -69,10 +69,10 @@ fn evaluate<const D: usize, L: ContactLaw<f64, D>>(
 ///
 /// # Errors
 /// [`SuiteFailure`] with the θ at which no violation was found.
-pub fn check_claim_is_sharp<const D: usize, L: ContactLaw<f64, D>>(
+pub fn check_claim_is_sharp<const D: usize>(
     suite: &Suite,
     parameters: usize,
-    draw: &impl Fn(&[f64]) -> L,
+    draw: &Draw<'_, D>,
 ) -> Result<(), SuiteFailure> {
     let mut runner = suite.runner();
     // Away from the ends of the parameter ranges, where a law may coincide with another one that does claim.
@@ -90,7 +90,7 @@ pub fn check_claim_is_sharp<const D: usize, L: ContactLaw<f64, D>>(
             }
         };
         for theta in outside {
-            if find_violation::<D, L>(&law, theta).is_none() {
+            if find_violation(&*law, theta).is_none() {
                 let case = format!("{law:?} creates no energy at θ = {theta}, outside its claim");
                 let property = "a claim is sharp";
                 return Err(SuiteFailure { property, dimension: D, solver: "–".into(), case });

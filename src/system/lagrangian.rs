@@ -1,44 +1,11 @@
-//! Lagrangian systems with constant M, optional C, K, F(t), and arbitrary smooth gaps.
+//! Lagrangian systems with constant M, optional C, K, F(t), and smooth gaps.
 
 use std::fmt;
 
-use nalgebra::SVector;
-
-use super::{Forces, MechanicalSystem, Scales, SystemError};
+use super::{Contacts, Describe, Dynamics, Forces, Scales, SmoothContacts, SmoothGap, SystemError};
 use crate::contact::{Candidate, ContactId};
-use crate::linalg::{BlockRows, Symmetric, max_abs};
+use crate::linalg::{BlockRows, Symmetric};
 use crate::scalar::{Scalar, all_finite, to_f64};
-
-type Gap<T> = Box<dyn Fn(&[T]) -> T + Send + Sync>;
-type Row<T, const D: usize> = Box<dyn Fn(&[T], &mut dyn FnMut(usize, SVector<T, D>)) + Send + Sync>;
-
-/// A smooth gap function g(q) (m) and the local-frame Jacobian H(q) of its contact.
-pub struct SmoothGap<T: Scalar, const D: usize> {
-    gap: Gap<T>,
-    row: Row<T, D>,
-}
-
-impl<T: Scalar, const D: usize> SmoothGap<T, D> {
-    /// A gap from g(q), and from H(q) given column by column: `row(q, push)` calls `push(j, ∂u/∂v_j)` for every
-    /// degree of freedom j that moves the contact, with ∂u/∂v_j in the order (N, T1, T2).
-    pub fn new(
-        gap: impl Fn(&[T]) -> T + Send + Sync + 'static,
-        row: impl Fn(&[T], &mut dyn FnMut(usize, SVector<T, D>)) + Send + Sync + 'static,
-    ) -> Self {
-        Self { gap: Box::new(gap), row: Box::new(row) }
-    }
-
-    /// g(q).
-    pub(super) fn gap(&self, q: &[T]) -> T {
-        (self.gap)(q)
-    }
-
-    /// Appends H(q).
-    pub(super) fn jacobian(&self, q: &[T], out: &mut BlockRows<T, D>) {
-        out.start_row();
-        (self.row)(q, &mut |column, entry| out.push(column, entry));
-    }
-}
 
 /// M v̇ + C v + K q = F(t) + Hᵀ(q) r with constant M, C, K.
 pub struct Lagrangian<T: Scalar, const D: usize> {
@@ -46,8 +13,7 @@ pub struct Lagrangian<T: Scalar, const D: usize> {
     damping: Option<Symmetric<T>>,
     stiffness: Option<Symmetric<T>>,
     forces: Forces<T>,
-    contacts: Vec<(usize, SmoothGap<T, D>)>,
-    interfaces: usize,
+    contacts: SmoothContacts<T, D>,
     scales: Option<Scales<T>>,
 }
 
@@ -55,8 +21,8 @@ impl<T: Scalar, const D: usize> Lagrangian<T, D> {
     /// A free system of mass `mass`; whether M is positive definite is checked when it is factored.
     pub fn new(mass: Symmetric<T>) -> Self {
         let forces = Forces::constant(vec![T::zero(); mass.size()]);
-        let (contacts, interfaces) = (Vec::new(), 0);
-        Self { mass, damping: None, stiffness: None, forces, contacts, interfaces, scales: None }
+        let contacts = SmoothContacts::default();
+        Self { mass, damping: None, stiffness: None, forces, contacts, scales: None }
     }
 
     /// Adds the damping C.
@@ -96,8 +62,7 @@ impl<T: Scalar, const D: usize> Lagrangian<T, D> {
     /// Adds a contact of interface `interface`.
     #[must_use]
     pub fn with_contact(mut self, interface: usize, gap: SmoothGap<T, D>) -> Self {
-        self.contacts.push((interface, gap));
-        self.interfaces = self.interfaces.max(interface.saturating_add(1));
+        self.contacts.push(interface, gap);
         self
     }
 
@@ -115,11 +80,7 @@ impl<T: Scalar, const D: usize> Lagrangian<T, D> {
     }
 }
 
-impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for Lagrangian<T, D> {
-    fn dofs(&self) -> usize {
-        self.mass.size()
-    }
-
+impl<T: Scalar, const D: usize> Dynamics<T> for Lagrangian<T, D> {
     fn mass(&self) -> &Symmetric<T> {
         &self.mass
     }
@@ -136,36 +97,33 @@ impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for Lagrangian<T, D> {
         &self.forces
     }
 
-    fn interfaces(&self) -> usize {
-        self.interfaces
-    }
-
-    fn candidates(&mut self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>) {
-        for (i, (interface, contact)) in self.contacts.iter().enumerate() {
-            let gap = contact.gap(q);
-            // Written so that a NaN gap is offered, and then refused by name.
-            if !(gap > reach) {
-                out.push(Candidate { id: ContactId(i as u64), interface: *interface, gap });
-            }
-        }
-    }
-
-    fn jacobian(&self, contact: ContactId, q: &[T], out: &mut BlockRows<T, D>) {
-        self.contacts[contact.0 as usize].1.jacobian(q, out);
-    }
-
-    fn gap(&self, contact: ContactId, q: &[T]) -> T {
-        self.contacts[contact.0 as usize].1.gap(q)
-    }
-
     fn scales(&self, q: &[T], v: &[T]) -> Scales<T> {
-        let or_one = |x: T| if x > T::zero() { x } else { T::one() };
-        self.scales.unwrap_or_else(|| Scales { length: or_one(max_abs(q)), speed: or_one(max_abs(v)) })
+        self.scales.unwrap_or_else(|| Scales::of(q, v))
     }
 }
 
+impl<T: Scalar, const D: usize> Contacts<T, D> for Lagrangian<T, D> {
+    fn interfaces(&self) -> usize {
+        self.contacts.interfaces()
+    }
+
+    fn candidates(&mut self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>) {
+        self.contacts.candidates(q, reach, out);
+    }
+
+    fn jacobian(&self, contact: ContactId, q: &[T], out: &mut BlockRows<T, D>) {
+        self.contacts.jacobian(contact, q, out);
+    }
+
+    fn gap(&self, contact: ContactId, q: &[T]) -> T {
+        self.contacts.gap(contact, q)
+    }
+}
+
+impl<T: Scalar, const D: usize> Describe<T> for Lagrangian<T, D> {}
+
 impl<T: Scalar, const D: usize> fmt::Debug for Lagrangian<T, D> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Lagrangian {{ dofs: {}, contacts: {} }}", self.mass.size(), self.contacts.len())
+        write!(f, "Lagrangian {{ dofs: {}, contacts: {} }}", self.mass.size(), self.contacts.count())
     }
 }

@@ -1,9 +1,22 @@
 //! Mechanical systems: M v̇ + C v + K q = F(t) + Hᵀ(q) r with candidate contacts g(q).
 //!
-//! A system says what moves and what may touch. It knows no law, no scheme and no solver.
+//! A system says what moves and what may touch. It knows no law, no scheme and no solver. Four small traits say it:
+//!
+//! | trait | what it says | needed by |
+//! |---|---|---|
+//! | [`Dynamics`] | M, C, K, F, what moves as told; how q moves along a velocity | every system |
+//! | [`Contacts`] | candidates, gaps, Jacobians | every system; none by default |
+//! | [`Joints`] | bilateral rows | systems with joints |
+//! | [`Describe`] | names and meshes | outputs alone |
+//!
+//! What implements the first two and the last is a [`System`].
+//!
+//! A configuration q is no velocity: where q has more components than v (quaternions), or another geometry,
+//! [`Dynamics::advance`] says what q ⊕ s is, and it is the one place where q moves.
 
 mod elastic;
 mod forces;
+mod gaps;
 mod lagrangian;
 mod nonlinear;
 mod prescribed;
@@ -18,23 +31,54 @@ pub use elastic::{
     PreloadError, Support,
 };
 pub use forces::Forces;
-pub use lagrangian::{Lagrangian, SmoothGap};
-pub use nonlinear::{Dynamics, NonlinearLagrangian};
+pub use gaps::{SmoothContacts, SmoothGap};
+pub use lagrangian::Lagrangian;
+pub use nonlinear::{NonlinearLagrangian, NonlinearTerms};
 pub use prescribed::Prescribed;
 pub use rigid_bodies::{Body, BodyId, ContactorId, GroupId, RigidBodies, RigidBodiesBuilder, polygon_body};
 pub use signal::Signal;
 
 use crate::contact::{Candidate, ContactId};
-use crate::linalg::{BlockRows, OperatorError, Symmetric};
+use crate::linalg::{BlockRows, OperatorError, Symmetric, max_abs};
 use crate::scalar::Scalar;
 
-/// A system with constant mass, damping and stiffness, and unilateral contacts of dimension D.
+/// What moves: M v̇ + C v + K q = F(t), with constant M, C and K or with [nonlinear terms](Self::nonlinear).
 ///
-/// Sizes: q and v have [`dofs`](Self::dofs) components. Local frames are ordered (N, T1, T2) with the normal
-/// pointing from the obstacle to the body, so that a closing contact has u_N < 0.
-pub trait MechanicalSystem<T: Scalar, const D: usize>: Debug + Send {
-    /// Number of degrees of freedom n.
-    fn dofs(&self) -> usize;
+/// Velocities, forces and displacements s have [`dofs`](Self::dofs) components, configurations q
+/// [`coordinates`](Self::coordinates).
+pub trait Dynamics<T: Scalar>: Debug + Send {
+    /// Number of degrees of freedom n, components of v.
+    fn dofs(&self) -> usize {
+        self.mass().size()
+    }
+
+    /// Number of components of q. A system with another number than [`dofs`](Self::dofs) overrides
+    /// [`advance`](Self::advance), [`difference`](Self::difference) and [`potential`](Self::potential).
+    fn coordinates(&self) -> usize {
+        self.dofs()
+    }
+
+    /// out ← q ⊕ s, where the motion s = h v_θ leads from q: the one place where q moves. Must undo
+    /// [`difference`](Self::difference), and be q for s = 0. Default: q + s.
+    fn advance(&self, q: &[T], s: &[T], out: &mut [T]) {
+        for (out, (&q, &s)) in out.iter_mut().zip(q.iter().zip(s)) {
+            *out = q + s;
+        }
+    }
+
+    /// out ← the motion s with `from` ⊕ s = `to`, the least there is: what error norms and interpolation measure.
+    /// Default: `to` − `from`.
+    fn difference(&self, from: &[T], to: &[T], out: &mut [T]) {
+        for (out, (&from, &to)) in out.iter_mut().zip(from.iter().zip(to)) {
+            *out = to - from;
+        }
+    }
+
+    /// Whether q ⊕ s is q + s. A system with stiffness, prescribed motion or nonlinear terms must be flat, and so must one
+    /// that is followed from event to event. Default: whether q and v have as many components.
+    fn is_flat(&self) -> bool {
+        self.coordinates() == self.dofs()
+    }
 
     /// Mass M, positive definite.
     fn mass(&self) -> &Symmetric<T>;
@@ -52,9 +96,50 @@ pub trait MechanicalSystem<T: Scalar, const D: usize>: Debug + Send {
     /// External forces F(t).
     fn forces(&self) -> &Forces<T>;
 
+    /// Potential of the constant forces (J), −F₀·q by default.
+    fn potential(&self, q: &[T]) -> T {
+        self.forces().potential(q)
+    }
+
     /// Degrees of freedom that move as told, the last ones; an absent list costs nothing.
     fn prescribed(&self) -> Option<&Prescribed<T>> {
         None
+    }
+
+    /// The terms of a nonlinear system, `None` where M, C and K say all.
+    fn nonlinear(&self) -> Option<&dyn NonlinearTerms<T>> {
+        None
+    }
+
+    /// The joints, `None` without.
+    fn joints(&self) -> Option<&dyn Joints<T>> {
+        None
+    }
+
+    /// Degrees of freedom of a body, where the system is one of bodies, body i with those from i times this number on,
+    /// that nothing but contacts couples. Bodies at rest then may leave the steps, see [`scheme`](crate::scheme).
+    fn body_dofs(&self) -> Option<usize> {
+        None
+    }
+
+    /// Whether a degree of freedom turns (rad), and does not shift (m): error norms take lengths as shares of the
+    /// [length](Scales::length) of the scene, and angles as they are.
+    fn turns(&self, _dof: usize) -> bool {
+        false
+    }
+
+    /// Size and speed that make the tolerances of the active set scale-free.
+    fn scales(&self, q: &[T], v: &[T]) -> Scales<T>;
+}
+
+/// What may touch: unilateral contacts of dimension D. By default nothing does.
+///
+/// Local frames are ordered (N, T1, T2) with the normal pointing from the obstacle to the body, so that a closing contact
+/// has u_N < 0.
+pub trait Contacts<T: Scalar, const D: usize>: Debug + Send {
+    /// Number of interfaces; the scheme wants one law for each.
+    fn interfaces(&self) -> usize {
+        0
     }
 
     /// Whether H^α(q) is the same for all q: the scheme then keeps the Delassus operator of all candidates, those
@@ -63,22 +148,13 @@ pub trait MechanicalSystem<T: Scalar, const D: usize>: Debug + Send {
         false
     }
 
-    /// Number of interfaces; the scheme wants one law for each.
-    fn interfaces(&self) -> usize;
-
     /// Appends every candidate contact with gap g(q) ≤ `reach` to `out`, each once, in any order.
     ///
     /// `&mut self` lets a broad phase keep its order from one call to the next.
-    fn candidates(&mut self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>);
-
-    /// Degrees of freedom of a body, where the system is one of bodies, body i with those from i times this number on, that
-    /// nothing but contacts couples. Bodies at rest then may leave the steps, see [`scheme`](crate::scheme).
-    fn body_dofs(&self) -> Option<usize> {
-        None
-    }
+    fn candidates(&mut self, _q: &[T], _reach: T, _out: &mut Vec<Candidate<T>>) {}
 
     /// As [`candidates`](Self::candidates), without those between bodies that are `asleep`, or between such a body and
-    /// obstacles. A system with [`body_dofs`](Self::body_dofs) overrides it: by default all are found, and wake everybody.
+    /// obstacles. A system with [`Dynamics::body_dofs`] overrides it: by default all are found, and wake everybody.
     fn awake_candidates(&mut self, q: &[T], reach: T, _asleep: &[bool], out: &mut Vec<Candidate<T>>) {
         self.candidates(q, reach, out);
     }
@@ -99,168 +175,93 @@ pub trait MechanicalSystem<T: Scalar, const D: usize>: Debug + Send {
     ) {
     }
 
-    /// Appends the block row H^α(q), of a candidate that [`candidates`](Self::candidates) named, to `out`.
-    fn jacobian(&self, contact: ContactId, q: &[T], out: &mut BlockRows<T, D>);
+    /// Appends the block row H^α(q), of a candidate that [`candidates`](Self::candidates) named, to `out`: one row, begun by
+    /// [`BlockRows::start_row`].
+    fn jacobian(&self, _contact: ContactId, _q: &[T], out: &mut BlockRows<T, D>) {
+        out.start_row();
+    }
 
     /// Gap g^α(q) (m) of a candidate that [`candidates`](Self::candidates) named, of the same features, in any
     /// configuration near the one it was named in.
-    fn gap(&self, contact: ContactId, q: &[T]) -> T;
-
-    /// Number of bilateral rows φ(q) = 0 of the joints, 0 for a system without joints.
-    ///
-    /// A joint is a contact whose half-line has become the whole line: in the cone problem its percussion is free
-    /// (K = ℝ), so that the dual cone is K* = {0} and the row reads u = 0. The scheme eliminates such rows exactly,
-    /// see [`scheme`](crate::scheme).
-    fn joint_rows(&self) -> usize {
-        0
+    fn gap(&self, _contact: ContactId, _q: &[T]) -> T {
+        T::infinity_impl()
     }
+}
+
+/// Bilateral rows φ(q) = 0.
+///
+/// A joint is a contact whose half-line has become the whole line: in the cone problem its percussion is free
+/// (K = ℝ), so that the dual cone is K* = {0} and the row reads u = 0. The scheme eliminates such rows exactly,
+/// see [`scheme`](crate::scheme).
+pub trait Joints<T: Scalar>: Debug {
+    /// Number of rows.
+    fn rows(&self) -> usize;
 
     /// Whether bodies move along joints; those welded to the ground alone do not.
-    fn joints_move(&self) -> bool {
-        self.joint_rows() > 0
+    fn moves(&self) -> bool {
+        self.rows() > 0
     }
 
-    /// out ← φ(q), one number per bilateral row.
-    fn joint_residual(&self, _q: &[T], _out: &mut [T]) {}
+    /// out ← φ(q), one number per row (m or rad).
+    fn residual(&self, q: &[T], out: &mut [T]);
 
-    /// Appends the rows Ḡ(q, s), with φ(q + s) − φ(q) = Ḡ(q, s) s.
-    fn joint_jacobian(&self, _q: &[T], _s: &[T], _out: &mut BlockRows<T, 1>) {}
+    /// Appends the rows Ḡ(q, s), with φ(q ⊕ s) − φ(q) = Ḡ(q, s) s.
+    fn jacobian(&self, q: &[T], s: &[T], out: &mut BlockRows<T, 1>);
 
     /// Adds ∂(Ḡ(q, s)ᵀλ)_i/∂s_i to out_i, for one multiplier λ per row.
     ///
     /// It speeds up the iteration of a step with joints, whose solution does not depend on it: Newton's method with it,
     /// a linear rate of the order of h²λ without.
-    fn joint_curvature(&self, _q: &[T], _s: &[T], _multipliers: &[T], _out: &mut [T]) {}
+    fn curvature(&self, _q: &[T], _s: &[T], _multipliers: &[T], _out: &mut [T]) {}
 
-    /// Name of the joint a bilateral row belongs to.
-    fn joint_label(&self, row: usize) -> String {
+    /// Name of the joint a row belongs to.
+    fn label(&self, row: usize) -> String {
         row.to_string()
     }
+}
 
-    /// The terms of a nonlinear system, `None` where M, C and K say all.
-    fn nonlinear(&self) -> Option<&dyn Dynamics<T>> {
-        None
-    }
-
-    /// Size and speed that make the tolerances of the active set scale-free.
-    fn scales(&self, q: &[T], v: &[T]) -> Scales<T>;
-
-    /// Mesh and numbering of an elastic body, for outputs.
-    fn geometry(&self) -> Option<&Arc<Geometry<T>>> {
-        None
-    }
-
-    /// Node of the mesh that a contact belongs to, for outputs.
-    fn contact_node(&self, _contact: ContactId) -> Option<usize> {
-        None
-    }
-
-    /// Name of a contact in outputs.
-    fn contact_label(&self, contact: ContactId) -> String {
-        contact.0.to_string()
-    }
-
-    /// Name of a degree of freedom in outputs.
+/// Names and meshes, for outputs and errors alone: numerics never read a label.
+pub trait Describe<T: Scalar> {
+    /// Name of a degree of freedom.
     fn dof_label(&self, dof: usize) -> String {
         format!("q{dof}")
     }
 
-    /// Unit of a degree of freedom in outputs, `m` or `rad`.
+    /// Unit of a degree of freedom, as a displacement: `m` or `rad`.
     fn dof_unit(&self, _dof: usize) -> &'static str {
         "m"
     }
+
+    /// Name of a component of q; that of the degree of freedom where both are one.
+    fn coordinate_label(&self, coordinate: usize) -> String {
+        self.dof_label(coordinate)
+    }
+
+    /// Name of a contact.
+    fn contact_label(&self, contact: ContactId) -> String {
+        contact.number().to_string()
+    }
+
+    /// Outlines of the bodies in configuration q, as points (m) in the fixed frame, closed ones with the first point repeated:
+    /// for figures. A disc has `sides` sides, a point is a single point.
+    fn outlines(&self, _q: &[T], _sides: usize) -> Vec<Vec<[T; 2]>> {
+        Vec::new()
+    }
+
+    /// Mesh and numbering of an elastic body.
+    fn geometry(&self) -> Option<&Arc<Geometry<T>>> {
+        None
+    }
+
+    /// Node of the mesh that a contact belongs to.
+    fn contact_node(&self, _contact: ContactId) -> Option<usize> {
+        None
+    }
 }
 
-impl<T: Scalar, const D: usize, S: MechanicalSystem<T, D> + ?Sized> MechanicalSystem<T, D> for Box<S> {
-    fn dofs(&self) -> usize {
-        (**self).dofs()
-    }
-    fn mass(&self) -> &Symmetric<T> {
-        (**self).mass()
-    }
-    fn damping(&self) -> Option<&Symmetric<T>> {
-        (**self).damping()
-    }
-    fn stiffness(&self) -> Option<&Symmetric<T>> {
-        (**self).stiffness()
-    }
-    fn forces(&self) -> &Forces<T> {
-        (**self).forces()
-    }
-    fn prescribed(&self) -> Option<&Prescribed<T>> {
-        (**self).prescribed()
-    }
-    fn constant_jacobian(&self) -> bool {
-        (**self).constant_jacobian()
-    }
-    fn interfaces(&self) -> usize {
-        (**self).interfaces()
-    }
-    fn candidates(&mut self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>) {
-        (**self).candidates(q, reach, out);
-    }
-    fn body_dofs(&self) -> Option<usize> {
-        (**self).body_dofs()
-    }
-    fn awake_candidates(&mut self, q: &[T], reach: T, asleep: &[bool], out: &mut Vec<Candidate<T>>) {
-        (**self).awake_candidates(q, reach, asleep, out);
-    }
-    fn swept_candidates(
-        &mut self,
-        q: &[T],
-        path: (T, &[T]),
-        asleep: &[bool],
-        out: &mut Vec<Candidate<T>>,
-        times: &mut Vec<(ContactId, T)>,
-    ) {
-        (**self).swept_candidates(q, path, asleep, out, times);
-    }
-    fn jacobian(&self, contact: ContactId, q: &[T], out: &mut BlockRows<T, D>) {
-        (**self).jacobian(contact, q, out);
-    }
-    fn gap(&self, contact: ContactId, q: &[T]) -> T {
-        (**self).gap(contact, q)
-    }
-    fn scales(&self, q: &[T], v: &[T]) -> Scales<T> {
-        (**self).scales(q, v)
-    }
-    fn geometry(&self) -> Option<&Arc<Geometry<T>>> {
-        (**self).geometry()
-    }
-    fn contact_node(&self, contact: ContactId) -> Option<usize> {
-        (**self).contact_node(contact)
-    }
-    fn joint_rows(&self) -> usize {
-        (**self).joint_rows()
-    }
-    fn joints_move(&self) -> bool {
-        (**self).joints_move()
-    }
-    fn joint_residual(&self, q: &[T], out: &mut [T]) {
-        (**self).joint_residual(q, out);
-    }
-    fn joint_jacobian(&self, q: &[T], s: &[T], out: &mut BlockRows<T, 1>) {
-        (**self).joint_jacobian(q, s, out);
-    }
-    fn joint_curvature(&self, q: &[T], s: &[T], multipliers: &[T], out: &mut [T]) {
-        (**self).joint_curvature(q, s, multipliers, out);
-    }
-    fn joint_label(&self, row: usize) -> String {
-        (**self).joint_label(row)
-    }
-    fn nonlinear(&self) -> Option<&dyn Dynamics<T>> {
-        (**self).nonlinear()
-    }
-    fn contact_label(&self, contact: ContactId) -> String {
-        (**self).contact_label(contact)
-    }
-    fn dof_label(&self, dof: usize) -> String {
-        (**self).dof_label(dof)
-    }
-    fn dof_unit(&self, dof: usize) -> &'static str {
-        (**self).dof_unit(dof)
-    }
-}
+/// A mechanical system with contacts of dimension D: all that has [`Dynamics`], [`Contacts`] and [`Describe`].
+pub trait System<T: Scalar, const D: usize>: Dynamics<T> + Contacts<T, D> + Describe<T> {}
+impl<T: Scalar, const D: usize, S: Dynamics<T> + Contacts<T, D> + Describe<T>> System<T, D> for S {}
 
 /// Characteristic length and speed of a scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -269,6 +270,14 @@ pub struct Scales<T> {
     pub length: T,
     /// Speed (m/s), > 0.
     pub speed: T,
+}
+
+impl<T: Scalar> Scales<T> {
+    /// The largest |q| and |v|, or 1.
+    pub fn of(q: &[T], v: &[T]) -> Self {
+        let or_one = |x: T| if x > T::zero() { x } else { T::one() };
+        Self { length: or_one(max_abs(q)), speed: or_one(max_abs(v)) }
+    }
 }
 
 /// Why a system could not be built.

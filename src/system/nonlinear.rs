@@ -4,9 +4,9 @@ use std::fmt::{self, Debug};
 
 use nalgebra::DMatrix;
 
-use super::{Forces, MechanicalSystem, Scales, SmoothGap, SystemError};
+use super::{Contacts, Describe, Dynamics, Forces, Scales, SmoothContacts, SmoothGap, SystemError};
 use crate::contact::{Candidate, ContactId};
-use crate::linalg::{BlockRows, Symmetric, max_abs};
+use crate::linalg::{BlockRows, Symmetric};
 use crate::scalar::{Scalar, all_finite};
 
 /// The terms of a nonlinear system: kinetic energy ½ v·M(q) v, potential V(q), and other forces.
@@ -18,7 +18,7 @@ use crate::scalar::{Scalar, all_finite};
 /// that is M(q) v̇ + f(t, q, v) = F + Hᵀ r, where f holds the inertial forces quadratic in v, ∇V and d. All arrays have
 /// one component per degree of freedom, all matrices are square of that size; `out` comes in any state and is to be
 /// overwritten.
-pub trait Dynamics<T: Scalar>: Debug + Send + Sync {
+pub trait NonlinearTerms<T: Scalar>: Debug + Send + Sync {
     /// out ← M(q), symmetric positive definite.
     fn mass(&self, q: &[T], out: &mut DMatrix<T>);
 
@@ -43,11 +43,10 @@ pub trait Dynamics<T: Scalar>: Debug + Send + Sync {
 
 /// A nonlinear system with smooth gaps; the scheme's own documentation derives the balance of its steps.
 pub struct NonlinearLagrangian<T: Scalar, const D: usize> {
-    dynamics: Box<dyn Dynamics<T>>,
+    dynamics: Box<dyn NonlinearTerms<T>>,
     reference_mass: Symmetric<T>,
     forces: Forces<T>,
-    contacts: Vec<(usize, SmoothGap<T, D>)>,
-    interfaces: usize,
+    contacts: SmoothContacts<T, D>,
     scales: Option<Scales<T>>,
 }
 
@@ -56,7 +55,7 @@ impl<T: Scalar, const D: usize> NonlinearLagrangian<T, D> {
     ///
     /// # Errors
     /// [`SystemError::Operator`] if M(reference) is not a symmetric matrix.
-    pub fn new(dynamics: impl Dynamics<T> + 'static, reference: &[T]) -> Result<Self, SystemError> {
+    pub fn new(dynamics: impl NonlinearTerms<T> + 'static, reference: &[T]) -> Result<Self, SystemError> {
         let n = reference.len();
         let mut mass = DMatrix::zeros(n, n);
         dynamics.mass(reference, &mut mass);
@@ -67,8 +66,8 @@ impl<T: Scalar, const D: usize> NonlinearLagrangian<T, D> {
             return Err(SystemError::Size { what: "mass", expected: n, given });
         }
         let forces = Forces::constant(vec![T::zero(); n]);
-        let (contacts, interfaces) = (Vec::new(), 0);
-        Ok(Self { dynamics: Box::new(dynamics), reference_mass, forces, contacts, interfaces, scales: None })
+        let contacts = SmoothContacts::default();
+        Ok(Self { dynamics: Box::new(dynamics), reference_mass, forces, contacts, scales: None })
     }
 
     /// Sets the external forces F(t).
@@ -91,8 +90,7 @@ impl<T: Scalar, const D: usize> NonlinearLagrangian<T, D> {
     /// Adds a contact of interface `interface`.
     #[must_use]
     pub fn with_contact(mut self, interface: usize, gap: SmoothGap<T, D>) -> Self {
-        self.contacts.push((interface, gap));
-        self.interfaces = self.interfaces.max(interface.saturating_add(1));
+        self.contacts.push(interface, gap);
         self
     }
 
@@ -105,11 +103,7 @@ impl<T: Scalar, const D: usize> NonlinearLagrangian<T, D> {
     }
 }
 
-impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for NonlinearLagrangian<T, D> {
-    fn dofs(&self) -> usize {
-        self.reference_mass.size()
-    }
-
+impl<T: Scalar, const D: usize> Dynamics<T> for NonlinearLagrangian<T, D> {
     /// M at the reference configuration; the steps take M(q).
     fn mass(&self) -> &Symmetric<T> {
         &self.reference_mass
@@ -119,43 +113,40 @@ impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for NonlinearLagrangian<T
         &self.forces
     }
 
-    fn interfaces(&self) -> usize {
-        self.interfaces
-    }
-
-    fn candidates(&mut self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>) {
-        for (i, (interface, contact)) in self.contacts.iter().enumerate() {
-            let gap = contact.gap(q);
-            // Written so that a NaN gap is offered, and then refused by name.
-            if !(gap > reach) {
-                out.push(Candidate { id: ContactId(i as u64), interface: *interface, gap });
-            }
-        }
-    }
-
-    fn jacobian(&self, contact: ContactId, q: &[T], out: &mut BlockRows<T, D>) {
-        self.contacts[contact.0 as usize].1.jacobian(q, out);
-    }
-
-    fn gap(&self, contact: ContactId, q: &[T]) -> T {
-        self.contacts[contact.0 as usize].1.gap(q)
-    }
-
-    fn nonlinear(&self) -> Option<&dyn Dynamics<T>> {
+    fn nonlinear(&self) -> Option<&dyn NonlinearTerms<T>> {
         Some(&*self.dynamics)
     }
 
     fn scales(&self, q: &[T], v: &[T]) -> Scales<T> {
-        let or_one = |x: T| if x > T::zero() { x } else { T::one() };
-        self.scales.unwrap_or_else(|| Scales { length: or_one(max_abs(q)), speed: or_one(max_abs(v)) })
+        self.scales.unwrap_or_else(|| Scales::of(q, v))
     }
 }
+
+impl<T: Scalar, const D: usize> Contacts<T, D> for NonlinearLagrangian<T, D> {
+    fn interfaces(&self) -> usize {
+        self.contacts.interfaces()
+    }
+
+    fn candidates(&mut self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>) {
+        self.contacts.candidates(q, reach, out);
+    }
+
+    fn jacobian(&self, contact: ContactId, q: &[T], out: &mut BlockRows<T, D>) {
+        self.contacts.jacobian(contact, q, out);
+    }
+
+    fn gap(&self, contact: ContactId, q: &[T]) -> T {
+        self.contacts.gap(contact, q)
+    }
+}
+
+impl<T: Scalar, const D: usize> Describe<T> for NonlinearLagrangian<T, D> {}
 
 impl<T: Scalar, const D: usize> fmt::Debug for NonlinearLagrangian<T, D> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("NonlinearLagrangian")
             .field("dynamics", &self.dynamics)
-            .field("contacts", &self.contacts.len())
+            .field("contacts", &self.contacts.count())
             .finish_non_exhaustive()
     }
 }

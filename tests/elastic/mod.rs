@@ -3,16 +3,13 @@
 
 use std::path::PathBuf;
 
-use nonsmooth::laws::{self, ContactLaw};
+use nonsmooth::laws;
 use nonsmooth::mesh::{Mesh, Pattern, rectangle};
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, ThetaScheme};
-use nonsmooth::solver::{self, ConeSolver, Stopping};
-use nonsmooth::system::{
-    Axis, ElasticBody, Hypothesis, MassForm, Material, MechanicalSystem, Signal, Support,
-};
+use nonsmooth::solver::{self, Stopping};
+use nonsmooth::system::{Axis, Dynamics, ElasticBody, Hypothesis, MassForm, Material, Signal, Support};
 
-pub(crate) type Scheme<const D: usize> =
-    ThetaScheme<f64, D, ElasticBody<f64>, Box<dyn ContactLaw<f64, D>>, Box<dyn ConeSolver<f64, D>>>;
+pub(crate) type Scheme<const D: usize> = ThetaScheme<f64, D>;
 
 /// Names of the groups of the authors' mesh.
 pub(crate) const CONTACT: &str = "Contact BC";
@@ -66,7 +63,7 @@ pub(crate) fn block_scheme(
     let solver = solver::build(solver, Stopping::to(1e-10)).expect("a solver");
     let activation = Activation::new(rule);
     let settings = Settings { activation, allow_unproved_theta: true, ..Settings::new(0.5, 1e-4) };
-    ThetaScheme::new(block, vec![law], solver, settings, 0.0, q, v).expect("a scheme")
+    ThetaScheme::new(Box::new(block), vec![law], solver, settings, 0.0, q, v).expect("a scheme")
 }
 
 /// A bar of `elements` elements from x = 0 to 10 with E = 900, ρ = 1, A = 1 at velocity `speed`, above a wall whose
@@ -118,7 +115,7 @@ pub(crate) fn impact(
     let settings = Settings { allow_unproved_theta: true, ..Settings::new(theta, step) };
     let (q, v) = (vec![0.0; n], vec![-10.0; n]);
     let mut scheme =
-        ThetaScheme::<f64, 1, _, _, _>::new(bar, vec![law], solver, settings, 0.0, q, v).expect("a scheme");
+        ThetaScheme::<f64, 1>::new(Box::new(bar), vec![law], solver, settings, 0.0, q, v).expect("a scheme");
     let before = scheme.last_step().energies.total();
     let (mut impulse, mut last, mut oscillation): (f64, f64, f64) = (0.0, 0.0, 0.0);
     while scheme.state().time < 0.9 - 0.5 * step {
@@ -136,7 +133,7 @@ pub(crate) fn impact(
     }
     let (state, system) = (scheme.state(), scheme.system());
     let mut momentum = state.v.clone();
-    MechanicalSystem::<f64, 1>::mass(system).multiply(&state.v, &mut momentum);
+    Dynamics::mass(system).multiply(&state.v, &mut momentum);
     Impact {
         contact_time: last,
         mean_force: impulse / last,

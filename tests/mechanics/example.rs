@@ -4,7 +4,7 @@ use std::path::Path;
 
 use nonsmooth::registry::Registry;
 use nonsmooth::scalar::Scalar;
-use nonsmooth::scene::{Planar, Run, Scene, build};
+use nonsmooth::scene::{Planar, PlannedRun, Scene, build};
 
 /// The scene `examples/NAME.toml`.
 pub(crate) fn scene(name: &str) -> Scene {
@@ -13,10 +13,10 @@ pub(crate) fn scene(name: &str) -> Scene {
 }
 
 /// The run of a scene with one law and one solver.
-pub(crate) fn run(scene: &Scene, law: &str, solver: &str) -> Run {
+pub(crate) fn run(scene: &Scene, law: &str, solver: &str) -> PlannedRun {
     let runs = Scene { laws: vec![law.into()], solvers: vec![solver.into()], ..scene.clone() }
         .runs(&Registry::default());
-    let [run] = <[Run; 1]>::try_from(runs.expect("registered names")).expect("one law, one solver");
+    let [run] = <[PlannedRun; 1]>::try_from(runs.expect("registered names")).expect("one law, one solver");
     run
 }
 

@@ -4,7 +4,7 @@ use nonsmooth::energy::Balance;
 use nonsmooth::event_driven::{Motion, Settings, integrate};
 use nonsmooth::laws::{self, ContactLaw};
 use nonsmooth::solver::{self, ConeSolver, Stopping};
-use nonsmooth::system::MechanicalSystem;
+use nonsmooth::system::System;
 
 /// Rounding of a computation of a few dozen operations on numbers of the given size.
 pub(crate) fn rounding(size: f64) -> f64 {
@@ -25,12 +25,12 @@ pub(crate) fn hybrid<const D: usize>() -> Box<dyn ConeSolver<f64, D>> {
 
 /// The motion of a system with one law, from time 0.
 pub(crate) fn motion<const D: usize>(
-    system: impl MechanicalSystem<f64, D>,
+    system: impl System<f64, D> + 'static,
     law: Box<dyn ContactLaw<f64, D>>,
     (q, v): (&[f64], &[f64]),
     end: f64,
 ) -> Motion {
-    integrate(system, vec![law], hybrid(), 0.0, q.to_vec(), v.to_vec(), end, &Settings::default())
+    integrate(Box::new(system), vec![law], hybrid(), 0.0, q.to_vec(), v.to_vec(), end, &Settings::default())
         .unwrap_or_else(|error| panic!("{error}"))
 }
 

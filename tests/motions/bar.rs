@@ -5,7 +5,6 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use nonsmooth::linalg::Symmetric;
 use nonsmooth::scene::Scene;
-use nonsmooth::system::MechanicalSystem as _;
 
 use super::{Motion, example};
 

@@ -9,8 +9,7 @@ use nonsmooth::solver::{self, ConeSolver, Stopping};
 use nonsmooth::system::{Body, RigidBodies};
 
 /// A scheme over rigid bodies, the law and the solver chosen by name.
-pub(crate) type Scheme<T, const D: usize> =
-    ThetaScheme<T, D, RigidBodies<T>, Box<dyn ContactLaw<T, D>>, Box<dyn ConeSolver<T, D>>>;
+pub(crate) type Scheme<T, const D: usize> = ThetaScheme<T, D>;
 
 fn law<T: Scalar, const D: usize>(name: &str, restitution: f64, friction: f64) -> Box<dyn ContactLaw<T, D>> {
     laws::build(name, &[lit(restitution), lit(friction)]).expect("a registered law")
@@ -39,7 +38,8 @@ pub(crate) fn stick<T: Scalar, const D: usize>(law_name: &str, solver_name: &str
     let laws = vec![law(law_name, 1.0, friction)];
     let settings = Settings::new(lit(0.5), lit(1e-4));
     let system = builder.build().expect("one body");
-    ThetaScheme::new(system, laws, solver(solver_name, None), settings, lit(0.0), q, v).expect("valid")
+    ThetaScheme::new(Box::new(system), laws, solver(solver_name, None), settings, lit(0.0), q, v)
+        .expect("valid")
 }
 
 /// Discs of radius 1 cm and 1 kg in hexagonal rows, `wide` and `wide` − 1 in turn, `high` rows, in a box; they start
@@ -84,5 +84,6 @@ pub(crate) fn pile<T: Scalar, const D: usize>(
     let activation = Activation::new(ActivationRule::PredictedGap);
     let settings = Settings { activation, ..Settings::new(lit(1.0), lit(1e-3)) };
     let system = builder.build().expect("bodies");
-    ThetaScheme::new(system, laws, solver(solver_name, tolerance), settings, lit(0.0), q, v).expect("valid")
+    ThetaScheme::new(Box::new(system), laws, solver(solver_name, tolerance), settings, lit(0.0), q, v)
+        .expect("valid")
 }

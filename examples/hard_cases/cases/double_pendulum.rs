@@ -1,7 +1,7 @@
 //! Kane's double pendulum in its two angles (Kane & Levinson 1985).
 
 use nalgebra::{DMatrix, Vector2};
-use nonsmooth::system::{Dynamics, NonlinearLagrangian, SmoothGap};
+use nonsmooth::system::{NonlinearLagrangian, NonlinearTerms, SmoothGap};
 
 /// Two uniform rods of mass and length 1, hinged to a fixed point and to each other; q: their angles from the vertical.
 #[derive(Debug)]
@@ -9,7 +9,7 @@ pub(crate) struct DoublePendulum {
     pub(crate) gravity: f64,
 }
 
-impl Dynamics<f64> for DoublePendulum {
+impl NonlinearTerms<f64> for DoublePendulum {
     fn mass(&self, q: &[f64], out: &mut DMatrix<f64>) {
         let coupling = 0.5 * (q[0] - q[1]).cos();
         out.copy_from_slice(&[4.0 / 3.0, coupling, coupling, 1.0 / 3.0]);

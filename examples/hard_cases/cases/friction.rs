@@ -31,8 +31,8 @@ const MU: f64 = 0.2;
 const G: f64 = 9.81;
 
 /// Time of the first step that does not slide, and v_{k+θ} at the end.
-fn measure<T: Scalar, const D: usize, S: nonsmooth::system::MechanicalSystem<T, D>>(
-    mut scheme: super::support::Scheme<T, D, S>,
+fn measure<T: Scalar, const D: usize>(
+    mut scheme: super::support::Scheme<T, D>,
     steps: usize,
     outcome: &mut Outcome,
 ) -> Result<(f64, f64), String> {

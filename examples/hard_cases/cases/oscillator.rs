@@ -17,7 +17,7 @@ pub(crate) const CASES: &[Case] = &[Case {
     runs: &[("f64", oscillator)],
 }];
 
-type Oscillator = Scheme<f64, 1, Lagrangian<f64, 1>>;
+type Oscillator = Scheme<f64, 1>;
 
 fn build(
     choice: &Choice<'_>,

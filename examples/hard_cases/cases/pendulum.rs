@@ -15,7 +15,7 @@ pub(crate) const CASES: &[Case] = &[Case {
     runs: &[("f64", kane)],
 }];
 
-type Pendulum = Scheme<f64, 2, NonlinearLagrangian<f64, 2>>;
+type Pendulum = Scheme<f64, 2>;
 
 fn start(choice: &Choice<'_>, e: f64, h: f64) -> Result<Pendulum, String> {
     let q = START.map(f64::to_radians).to_vec();

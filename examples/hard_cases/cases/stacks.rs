@@ -1,7 +1,7 @@
 //! Statics by dynamics: top-heavy stacks, the hyperstatic block, the hanging chain.
 
 use nonsmooth::scalar::{Scalar, lit, to_f64};
-use nonsmooth::system::{Body, MechanicalSystem, RigidBodies};
+use nonsmooth::system::{Body, Describe, RigidBodies, System};
 
 use super::support::{
     Case, Choice, Law, Outcome, Scheme, drive, fastest, law, numbers, scheme, scheme_of, solver,
@@ -150,7 +150,7 @@ trait Face {
 
 impl Face for Scheme<f64, 2> {
     fn face(&self, id: nonsmooth::contact::ContactId) -> usize {
-        let label = MechanicalSystem::<f64, 2>::contact_label(self.system(), id);
+        let label = Describe::contact_label(self.system(), id);
         let number = |side: &str| {
             let name = side.split('/').next().unwrap_or_default();
             name.strip_prefix("block ").and_then(|n| n.parse::<usize>().ok())
@@ -186,7 +186,7 @@ fn pushed<T: Scalar>(
     drive(&mut scheme, 20, outcome, |_| ())?;
     let mut sums = [0.0; 3];
     for contact in &scheme.last_step().contacts {
-        let x = points[(contact.id.0 >> 31) as usize];
+        let x = points[(contact.id.number() >> 31) as usize];
         let [n, t] = [contact.percussion[0], contact.percussion[1]].map(to_f64);
         sums[0] += n / h;
         sums[1] += t / h;

@@ -6,7 +6,7 @@ use nonsmooth::laws::{self, ContactLaw};
 use nonsmooth::scalar::{Scalar, lit, to_f64};
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, ThetaScheme};
 use nonsmooth::solver::{self, ConeSolver, Stopping};
-use nonsmooth::system::{MechanicalSystem, RigidBodies};
+use nonsmooth::system::{RigidBodies, System};
 
 /// A law and a solver by their registered names, and how much to do.
 #[derive(Debug, Clone, Copy)]
@@ -94,7 +94,7 @@ pub(crate) struct Case {
 
 pub(crate) type Law<T, const D: usize> = Box<dyn ContactLaw<T, D>>;
 pub(crate) type Solver<T, const D: usize> = Box<dyn ConeSolver<T, D>>;
-pub(crate) type Scheme<T, const D: usize, S = RigidBodies<T>> = ThetaScheme<T, D, S, Law<T, D>, Solver<T, D>>;
+pub(crate) type Scheme<T, const D: usize> = ThetaScheme<T, D>;
 
 /// The law of the choice.
 pub(crate) fn law<T: Scalar, const D: usize>(choice: &Choice<'_>, e: f64, mu: f64) -> Law<T, D> {
@@ -121,7 +121,7 @@ pub(crate) fn solver<T: Scalar, const D: usize>(choice: &Choice<'_>, tolerance: 
 }
 
 /// A scheme with one law on every interface, `predicted-gap` activation and the law's θ.
-pub(crate) fn scheme<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
+pub(crate) fn scheme<T: Scalar, const D: usize, S: System<T, D> + 'static>(
     choice: &Choice<'_>,
     system: S,
     (e, mu): (f64, f64),
@@ -129,7 +129,7 @@ pub(crate) fn scheme<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
     tolerance: f64,
     q: Vec<T>,
     v: Vec<T>,
-) -> Result<Scheme<T, D, S>, String> {
+) -> Result<Scheme<T, D>, String> {
     let laws: Vec<Law<T, D>> = (0..system.interfaces()).map(|_| law(choice, e, mu)).collect();
     let theta = laws.first().map_or_else(|| lit(0.5), |law| theta::<T, D>(&**law));
     scheme_of(system, laws, solver(choice, tolerance), (to_f64(theta), h), (None, false), (q, v))
@@ -137,26 +137,27 @@ pub(crate) fn scheme<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
 
 /// A scheme with `predicted-gap` activation, a gap tolerance (m), by default that of rounding, and bodies at rest that
 /// sleep or do not.
-pub(crate) fn scheme_of<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
+pub(crate) fn scheme_of<T: Scalar, const D: usize, S: System<T, D> + 'static>(
     system: S,
     laws: Vec<Law<T, D>>,
     solver: Solver<T, D>,
     (theta, h): (f64, f64),
     (gap_tolerance, sleep): (Option<f64>, bool),
     (q, v): (Vec<T>, Vec<T>),
-) -> Result<Scheme<T, D, S>, String> {
+) -> Result<Scheme<T, D>, String> {
     let activation =
         Activation { gap_tolerance: gap_tolerance.map(lit), ..Activation::new(ActivationRule::PredictedGap) };
     let settings = Settings { activation, sleep, ..Settings::new(lit(theta), lit(h)) };
-    ThetaScheme::new(system, laws, solver, settings, lit(0.0), q, v).map_err(|error| error.to_string())
+    ThetaScheme::new(Box::new(system), laws, solver, settings, lit(0.0), q, v)
+        .map_err(|error| error.to_string())
 }
 
 /// Makes `steps` steps, calls `after` with the scheme after each, and counts.
-pub(crate) fn drive<T: Scalar, const D: usize, S: MechanicalSystem<T, D>>(
-    scheme: &mut Scheme<T, D, S>,
+pub(crate) fn drive<T: Scalar, const D: usize>(
+    scheme: &mut Scheme<T, D>,
     steps: usize,
     outcome: &mut Outcome,
-    mut after: impl FnMut(&Scheme<T, D, S>),
+    mut after: impl FnMut(&Scheme<T, D>),
 ) -> Result<(), String> {
     let start = Instant::now();
     let mut spent = 0.0;

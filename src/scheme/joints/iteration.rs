@@ -4,10 +4,10 @@ use nalgebra::SVector;
 
 use super::schur::solve;
 use super::span::{Iterate, Span};
-use super::{Joints, LeftOver, ROUNDING, STAGNATION};
+use super::{Bilateral, LeftOver, ROUNDING, STAGNATION, joints_of};
 use crate::linalg::{Factor, axpy, max_abs};
 use crate::scalar::{Scalar, epsilon, lit};
-use crate::system::MechanicalSystem;
+use crate::system::Dynamics;
 
 /// K̂ is not to fall below this share of M̂: it stays positive definite.
 const LEAST_SHARE: f64 = 0.125;
@@ -26,14 +26,19 @@ pub(super) enum Method {
     FixedPoint,
 }
 
-impl<T: Scalar> Joints<T> {
-    /// s = h v_{k+θ} of a velocity at the end, and q_k + s.
-    pub(super) fn span(step: &mut [T], end: &mut [T], v: &[T], span: &Span<'_, T, impl Fn(usize) -> T>) {
+impl<T: Scalar> Bilateral<T> {
+    /// s = h v_{k+θ} of a velocity at the end, and q_k ⊕ s.
+    pub(super) fn span(
+        system: &dyn Dynamics<T>,
+        (step, end): (&mut [T], &mut [T]),
+        v: &[T],
+        span: &Span<'_, T, impl Fn(usize) -> T>,
+    ) {
         for i in 0..v.len() {
             let theta = (span.theta)(i);
             step[i] = span.step * ((T::one() - theta) * span.v[i] + theta * v[i]);
-            end[i] = span.q[i] + step[i];
         }
+        system.advance(span.q, step, end);
     }
 
     pub(super) fn is_met(&self, outcome: &Result<(), usize>) -> bool {
@@ -41,9 +46,9 @@ impl<T: Scalar> Joints<T> {
     }
 
     /// Iterates for velocities and multipliers from the iterate accepted, under its percussions.
-    pub(super) fn iterate<const D: usize, S: MechanicalSystem<T, D>>(
+    pub(super) fn iterate(
         &mut self,
-        system: &S,
+        system: &dyn Dynamics<T>,
         span: &Span<'_, T, impl Fn(usize) -> T>,
         method: Method,
         mass: &mut Factor<T>,
@@ -120,17 +125,17 @@ impl<T: Scalar> Joints<T> {
     }
 
     /// G₁ and K̂ at the iterate accepted, which was measured last: Ḡ is there.
-    pub(super) fn linearise<const D: usize, S: MechanicalSystem<T, D>>(
+    pub(super) fn linearise(
         &mut self,
-        system: &S,
+        system: &dyn Dynamics<T>,
         span: &Span<'_, T, impl Fn(usize) -> T>,
         method: Method,
         mass: &mut Factor<T>,
     ) {
         self.end_rows.clear();
         match method {
-            Method::Newton => system.joint_jacobian(&self.end, &self.zero, &mut self.end_rows),
-            Method::FixedPoint => system.joint_jacobian(span.q, &self.step, &mut self.end_rows),
+            Method::Newton => joints_of(system).jacobian(&self.end, &self.zero, &mut self.end_rows),
+            Method::FixedPoint => joints_of(system).jacobian(span.q, &self.step, &mut self.end_rows),
         }
         for i in 0..self.count {
             self.opening[i] = (self.rows.velocity(i, &self.step)[0] + self.drift[i]) / span.step;
@@ -138,7 +143,8 @@ impl<T: Scalar> Joints<T> {
         if let Factor::Diagonal(inverse) = mass {
             self.work.fill(T::zero());
             if method == Method::Newton {
-                system.joint_curvature(span.q, &self.step, &self.accepted.multipliers, &mut self.work);
+                let multipliers = &self.accepted.multipliers;
+                joints_of(system).curvature(span.q, &self.step, multipliers, &mut self.work);
             }
             let least = lit::<T>(LEAST_SHARE);
             for (i, &inverse) in inverse.iter().enumerate() {
@@ -154,18 +160,18 @@ impl<T: Scalar> Joints<T> {
     }
 
     /// What the trial leaves.
-    pub(super) fn measure<const D: usize, S: MechanicalSystem<T, D>>(
+    pub(super) fn measure(
         &mut self,
-        system: &S,
+        system: &dyn Dynamics<T>,
         span: &Span<'_, T, impl Fn(usize) -> T>,
         mass: &mut Factor<T>,
     ) -> LeftOver<T> {
         let abs = |x: T| nalgebra::ComplexField::abs(x);
         let Self { trial, rows, step, end, work, sizes, unbound, .. } = self;
-        Self::span(step, end, &trial.v, span);
+        Self::span(system, (step, end), &trial.v, span);
         // v − v_free − M̂⁻¹ (Hᵀp + Ḡᵀλ), against the sizes of its terms.
         rows.clear();
-        system.joint_jacobian(span.q, step, rows);
+        joints_of(system).jacobian(span.q, step, rows);
         work.copy_from_slice(&trial.impulse);
         sizes.iter_mut().zip(&trial.impulse).for_each(|(size, &impulse)| *size = abs(impulse));
         for (i, &multiplier) in trial.multipliers.iter().enumerate() {

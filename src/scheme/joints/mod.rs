@@ -49,7 +49,7 @@ use super::delassus::Assembler;
 use crate::linalg::{BlockRows, Factor, axpy, max_abs};
 use crate::scalar::{Scalar, epsilon, lit};
 use crate::solver::Anderson;
-use crate::system::MechanicalSystem;
+use crate::system::{Dynamics, Joints};
 
 pub(super) const ROUNDING: f64 = 64.0;
 
@@ -66,6 +66,23 @@ pub(super) const STAGNATION: f64 = 64.0;
 /// Passes that their acceleration remembers.
 const MEMORY: usize = 6;
 
+/// No rows.
+#[derive(Debug)]
+struct NoJoints;
+
+impl<T: Scalar> Joints<T> for NoJoints {
+    fn rows(&self) -> usize {
+        0
+    }
+    fn residual(&self, _q: &[T], _out: &mut [T]) {}
+    fn jacobian(&self, _q: &[T], _s: &[T], _out: &mut BlockRows<T, 1>) {}
+}
+
+/// The joints of a system, a list without rows where it has none.
+pub(super) fn joints_of<T: Scalar>(system: &dyn Dynamics<T>) -> &dyn Joints<T> {
+    system.joints().unwrap_or(&NoJoints)
+}
+
 /// What is left of the equations of a step with joints.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LeftOver<T> {
@@ -81,7 +98,7 @@ pub(super) struct LeftOver<T> {
 
 /// Ḡ, G₁, the factors of a pass and its iterates; without rows, nothing.
 #[derive(Debug)]
-pub(super) struct Joints<T: Scalar> {
+pub(super) struct Bilateral<T: Scalar> {
     count: usize,
     /// φ(q_0), and the opening allowed where one is given.
     closed: Vec<T>,
@@ -120,17 +137,14 @@ pub(super) struct Joints<T: Scalar> {
     sizes: Vec<T>,
 }
 
-impl<T: Scalar> Joints<T> {
-    pub(super) fn new<const D: usize, S: MechanicalSystem<T, D>>(
-        system: &S,
-        q: &[T],
-        tolerance: Option<T>,
-    ) -> Self {
-        let count = system.joint_rows();
+impl<T: Scalar> Bilateral<T> {
+    pub(super) fn new(system: &dyn Dynamics<T>, q: &[T], tolerance: Option<T>) -> Self {
+        let joints = joints_of(system);
+        let count = joints.rows();
         let zeros = |n: usize| vec![T::zero(); n];
         let used = if count == 0 { 0 } else { system.dofs() };
         let mut closed = zeros(count);
-        system.joint_residual(q, &mut closed);
+        joints.residual(q, &mut closed);
         let mut percussions = Anderson::new(MEMORY);
         percussions.prepare(used);
         Self {
@@ -164,7 +178,7 @@ impl<T: Scalar> Joints<T> {
             base: zeros(count),
             multipliers: zeros(count),
             step: zeros(used),
-            end: zeros(used),
+            end: zeros(if count == 0 { 0 } else { q.len() }),
             zero: zeros(used),
             work: zeros(used),
             sizes: zeros(used),
@@ -176,18 +190,12 @@ impl<T: Scalar> Joints<T> {
     }
 
     /// The first iterate of a step from q: the velocity `v`, no percussions.
-    pub(super) fn start<const D: usize, S: MechanicalSystem<T, D>>(
-        &mut self,
-        system: &S,
-        q: &[T],
-        v: &[T],
-        length: T,
-    ) {
+    pub(super) fn start(&mut self, system: &dyn Dynamics<T>, q: &[T], v: &[T], length: T) {
         let least = lit::<T>(ROUNDING) * epsilon::<T>() * nalgebra::RealField::max(length, max_abs(q));
         self.allowed = self.tolerance.map_or(least, |given| nalgebra::RealField::max(given, least));
         // Half of what is allowed is left alone: to correct rounding would be work of the joints.
         let half = self.allowed * lit::<T>(0.5);
-        system.joint_residual(q, &mut self.drift);
+        joints_of(system).residual(q, &mut self.drift);
         for (drift, &closed) in self.drift.iter_mut().zip(&self.closed) {
             let by = *drift - closed;
             *drift = if by > half {
@@ -210,9 +218,9 @@ impl<T: Scalar> Joints<T> {
     ///
     /// # Errors
     /// The row that cannot be met: S is singular, the joints are redundant.
-    pub(super) fn bind<const D: usize, S: MechanicalSystem<T, D>>(
+    pub(super) fn bind(
         &mut self,
-        system: &S,
+        system: &dyn Dynamics<T>,
         span: Span<'_, T, impl Fn(usize) -> T>,
         contacts: bool,
         mass: &mut Factor<T>,
@@ -278,13 +286,7 @@ impl<T: Scalar> Joints<T> {
 
     /// Takes what a motion from `from` to `to`, along the joints to first order, has opened, with the rows of the step, until
     /// rounding is left or nothing is gained.
-    pub(super) fn close<const D: usize, S: MechanicalSystem<T, D>>(
-        &mut self,
-        system: &S,
-        mass: &mut Factor<T>,
-        from: &[T],
-        to: &mut [T],
-    ) {
+    pub(super) fn close(&mut self, system: &dyn Dynamics<T>, mass: &mut Factor<T>, from: &[T], to: &mut [T]) {
         let mut last = T::infinity_impl();
         if !self.factored {
             let (rows, inverse, column) = (&self.rows, &self.inverse[..], &mut self.work[..]);
@@ -294,9 +296,10 @@ impl<T: Scalar> Joints<T> {
             }
             self.factored = true;
         }
-        system.joint_residual(from, &mut self.drift);
+        let joints = joints_of(system);
+        joints.residual(from, &mut self.drift);
         loop {
-            system.joint_residual(to, &mut self.multipliers);
+            joints.residual(to, &mut self.multipliers);
             self.multipliers.iter_mut().zip(&self.drift).for_each(|(open, &before)| *open -= before);
             let open = max_abs(&self.multipliers);
             if !(open < last * lit::<T>(0.5)) {
@@ -305,7 +308,9 @@ impl<T: Scalar> Joints<T> {
             last = open;
             self.symmetric.solve(&mut self.multipliers);
             self.push(mass);
-            axpy(to, -T::one(), &self.work);
+            self.work.iter_mut().for_each(|x| *x = -*x);
+            self.end.copy_from_slice(to);
+            system.advance(&self.end, &self.work, to);
         }
     }
 
@@ -320,9 +325,9 @@ impl<T: Scalar> Joints<T> {
 
     /// Judges the pass that ended at `v` with the impulse Hᵀp of contacts, if any, to which `respond` was applied last, and
     /// tells where the next one starts.
-    pub(super) fn judge<const D: usize, S: MechanicalSystem<T, D>>(
+    pub(super) fn judge(
         &mut self,
-        system: &S,
+        system: &dyn Dynamics<T>,
         span: Span<'_, T, impl Fn(usize) -> T>,
         mass: &mut Factor<T>,
         v: &[T],

@@ -15,7 +15,7 @@ pub use builder::{Axis, ElasticBodyBuilder, ElasticError};
 pub use material::{Hypothesis, Material};
 pub use preload::{PreloadError, Support};
 
-use super::{Forces, MechanicalSystem, Prescribed, Scales};
+use super::{Contacts, Describe, Dynamics, Forces, Prescribed, Scales};
 use crate::contact::{Candidate, ContactId};
 use crate::linalg::{BlockRows, Symmetric, max_abs};
 use crate::mesh::Mesh;
@@ -95,6 +95,11 @@ impl<T: Scalar> Geometry<T> {
         [axis(0), axis(1)]
     }
 
+    /// Number of nodes that may touch an obstacle, counted once per obstacle.
+    pub fn contact_count(&self) -> usize {
+        self.contacts.len()
+    }
+
     fn gap(&self, contact: &ContactNode, q: &[T]) -> T {
         let obstacle = &self.obstacles[contact.obstacle];
         let at = self.mesh.nodes()[contact.node].position.map(lit::<T>);
@@ -158,11 +163,6 @@ impl<T: Scalar> ElasticBody<T> {
         &self.geometry
     }
 
-    /// Number of nodes that may touch an obstacle, counted once per obstacle.
-    pub fn contact_count(&self) -> usize {
-        self.geometry.contacts.len()
-    }
-
     /// Total mass (kg).
     pub fn total_mass(&self) -> T {
         let mesh = &self.geometry.mesh;
@@ -173,11 +173,7 @@ impl<T: Scalar> ElasticBody<T> {
     }
 }
 
-impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for ElasticBody<T> {
-    fn dofs(&self) -> usize {
-        self.mass.size()
-    }
-
+impl<T: Scalar> Dynamics<T> for ElasticBody<T> {
     fn mass(&self) -> &Symmetric<T> {
         &self.mass
     }
@@ -198,6 +194,14 @@ impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for ElasticBody<T> {
         self.prescribed.as_ref()
     }
 
+    fn scales(&self, _q: &[T], v: &[T]) -> Scales<T> {
+        let speed = nalgebra::RealField::max(self.scales.speed, max_abs(v));
+        let fallback = self.geometry.material.bar_wave_speed();
+        Scales { speed: if speed > T::zero() { speed } else { fallback }, ..self.scales }
+    }
+}
+
+impl<T: Scalar, const D: usize> Contacts<T, D> for ElasticBody<T> {
     fn interfaces(&self) -> usize {
         self.interfaces
     }
@@ -211,7 +215,7 @@ impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for ElasticBody<T> {
             let gap = self.geometry.gap(contact, q);
             // Written so that a NaN gap is offered, and then refused by name.
             if !(gap > reach) {
-                out.push(Candidate { id: ContactId(i as u64), interface: contact.interface, gap });
+                out.push(Candidate { id: ContactId::new(i as u64), interface: contact.interface, gap });
             }
         }
     }
@@ -219,7 +223,7 @@ impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for ElasticBody<T> {
     fn jacobian(&self, contact: ContactId, _q: &[T], out: &mut BlockRows<T, D>) {
         const { assert!(D <= 2, "planar bodies have contacts of dimension 1 or 2") };
         out.start_row();
-        let contact = self.geometry.contacts[contact.0 as usize];
+        let contact = self.geometry.contacts[contact.number() as usize];
         let normal = self.geometry.obstacles[contact.obstacle].normal;
         let frame = [normal, Vector2::new(normal.y, -normal.x)];
         (0..self.geometry.mesh.dimension()).for_each(|axis| {
@@ -229,13 +233,22 @@ impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for ElasticBody<T> {
     }
 
     fn gap(&self, contact: ContactId, q: &[T]) -> T {
-        self.geometry.gap(&self.geometry.contacts[contact.0 as usize], q)
+        self.geometry.gap(&self.geometry.contacts[contact.number() as usize], q)
+    }
+}
+
+impl<T: Scalar> Describe<T> for ElasticBody<T> {
+    fn dof_label(&self, dof: usize) -> String {
+        let dimension = self.geometry.mesh.dimension();
+        let component = self.geometry.order[dof];
+        let tag = self.geometry.mesh.nodes()[component / dimension].tag;
+        format!("{}.n{tag}.{}", self.geometry.name, ["x", "y"][component % dimension])
     }
 
-    fn scales(&self, _q: &[T], v: &[T]) -> Scales<T> {
-        let speed = nalgebra::RealField::max(self.scales.speed, max_abs(v));
-        let fallback = self.geometry.material.bar_wave_speed();
-        Scales { speed: if speed > T::zero() { speed } else { fallback }, ..self.scales }
+    fn contact_label(&self, contact: ContactId) -> String {
+        let contact = self.geometry.contacts[contact.number() as usize];
+        let tag = self.geometry.mesh.nodes()[contact.node].tag;
+        format!("{}.n{tag}|{}", self.geometry.name, self.geometry.obstacles[contact.obstacle].label)
     }
 
     fn geometry(&self) -> Option<&Arc<Geometry<T>>> {
@@ -243,19 +256,6 @@ impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for ElasticBody<T> {
     }
 
     fn contact_node(&self, contact: ContactId) -> Option<usize> {
-        self.geometry.contacts.get(contact.0 as usize).map(|contact| contact.node)
-    }
-
-    fn contact_label(&self, contact: ContactId) -> String {
-        let contact = self.geometry.contacts[contact.0 as usize];
-        let tag = self.geometry.mesh.nodes()[contact.node].tag;
-        format!("{}.n{tag}|{}", self.geometry.name, self.geometry.obstacles[contact.obstacle].label)
-    }
-
-    fn dof_label(&self, dof: usize) -> String {
-        let dimension = self.geometry.mesh.dimension();
-        let component = self.geometry.order[dof];
-        let tag = self.geometry.mesh.nodes()[component / dimension].tag;
-        format!("{}.n{tag}.{}", self.geometry.name, ["x", "y"][component % dimension])
+        self.geometry.contacts.get(contact.number() as usize).map(|contact| contact.node)
     }
 }

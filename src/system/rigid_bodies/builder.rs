@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 
 use super::identity::{MOST_CONTACTORS, MOST_VERTICES};
-use super::joint::{Joint, Side};
+use super::joint::{Joint, JointSet, Side};
 use super::shape::{Contactor, HalfPlane, Outline, Polygon};
 use super::sweep::Sweep;
 use super::swept::Crossings;
@@ -441,8 +441,7 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
             planes: self.planes,
             interfaces,
             sweep,
-            joint_rows: self.joints.iter().map(Joint::rows).sum(),
-            joints: self.joints,
+            joints: JointSet::new(self.joints),
         })
     }
 }

@@ -61,7 +61,7 @@ const FEATURES: u64 = 3 << 62;
 impl Pair {
     pub(super) fn id(self) -> ContactId {
         let wide = |high: usize, low: usize| (high as u64) << 31 | low as u64;
-        ContactId(match self {
+        ContactId::new(match self {
             Self::Plane { disc, plane } => wide(disc, plane),
             Self::Corner { polygon, plane, vertex } => {
                 CORNER | (polygon as u64) << 30 | (plane as u64) << 10 | vertex as u64
@@ -81,8 +81,8 @@ impl Pair {
     }
 
     pub(super) fn of(id: ContactId) -> Self {
-        let bits = |from: u32, count: u32| (id.0 >> from & ((1 << count) - 1)) as usize;
-        match id.0 & FEATURES {
+        let bits = |from: u32, count: u32| (id.number() >> from & ((1 << count) - 1)) as usize;
+        match id.number() & FEATURES {
             0 => Self::Plane { disc: bits(31, 31), plane: bits(0, 31) },
             CORNER => Self::Corner { polygon: bits(30, 20), plane: bits(10, 20), vertex: bits(0, 10) },
             DISCS => Self::Discs(bits(31, 31), bits(0, 31)),

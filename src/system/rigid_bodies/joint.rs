@@ -14,6 +14,7 @@ use nalgebra::{SVector, Vector1, Vector2};
 
 use crate::linalg::BlockRows;
 use crate::scalar::{Scalar, lit};
+use crate::system::Joints;
 
 /// A joint of the scene.
 #[derive(Debug, Clone)]
@@ -125,5 +126,59 @@ impl<T: Scalar> Joint<T> {
                 }
             }
         }
+    }
+}
+
+/// The joints of a scene, their rows one after another.
+#[derive(Debug)]
+pub(super) struct JointSet<T> {
+    joints: Vec<Joint<T>>,
+    rows: usize,
+}
+
+impl<T: Scalar> JointSet<T> {
+    pub(super) fn new(joints: Vec<Joint<T>>) -> Self {
+        let rows = joints.iter().map(Joint::rows).sum();
+        Self { joints, rows }
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.joints.is_empty()
+    }
+
+    /// The joints with their rows.
+    fn with_rows(&self) -> impl Iterator<Item = (&Joint<T>, std::ops::Range<usize>)> {
+        self.joints.iter().scan(0, |first, joint| {
+            let rows = *first..*first + joint.rows();
+            *first = rows.end;
+            Some((joint, rows))
+        })
+    }
+}
+
+impl<T: Scalar> Joints<T> for JointSet<T> {
+    fn rows(&self) -> usize {
+        self.rows
+    }
+
+    fn moves(&self) -> bool {
+        self.joints.iter().any(|joint| joint.angle.is_none() || joint.b.body.is_some())
+    }
+
+    fn residual(&self, q: &[T], out: &mut [T]) {
+        self.with_rows().for_each(|(joint, rows)| joint.residual(q, &mut out[rows]));
+    }
+
+    fn jacobian(&self, q: &[T], s: &[T], out: &mut BlockRows<T, 1>) {
+        self.joints.iter().for_each(|joint| joint.jacobian(q, s, out));
+    }
+
+    fn curvature(&self, q: &[T], s: &[T], multipliers: &[T], out: &mut [T]) {
+        self.with_rows().for_each(|(joint, rows)| joint.curvature(q, s, &multipliers[rows], out));
+    }
+
+    fn label(&self, row: usize) -> String {
+        let found = self.with_rows().find(|(_, rows)| rows.contains(&row));
+        found.map_or_else(|| row.to_string(), |(joint, _)| joint.label.clone())
     }
 }

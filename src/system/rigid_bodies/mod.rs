@@ -14,12 +14,12 @@ use nalgebra::{SVector, Vector2};
 
 pub use builder::{Body, BodyId, ContactorId, GroupId, RigidBodiesBuilder, polygon_body};
 
-use super::{Forces, MechanicalSystem, Scales};
+use super::{Contacts, Describe, Dynamics, Forces, Joints, Scales};
 use crate::contact::{Candidate, ContactId};
 use crate::linalg::{BlockRows, Symmetric, max_abs};
 use crate::scalar::{Scalar, lit};
 use identity::{Features, Pair};
-use joint::Joint;
+use joint::JointSet;
 use seams::Touch;
 use shape::{Contactor, HalfPlane, Pose};
 use sweep::Sweep;
@@ -69,36 +69,13 @@ pub struct RigidBodies<T: Scalar> {
     touches: Vec<Touch<T>>,
     ghosts: Vec<usize>,
     crossings: Crossings<T>,
-    joints: Vec<Joint<T>>,
-    joint_rows: usize,
+    joints: JointSet<T>,
 }
 
 impl<T: Scalar> RigidBodies<T> {
     /// Starts a scene.
     pub fn builder() -> RigidBodiesBuilder<T> {
         RigidBodiesBuilder::default()
-    }
-
-    /// Closed outlines of the contactors in configuration q, as points (m) in the fixed frame, the first repeated at the
-    /// end: for figures. A disc has `sides` sides, a point is a single point.
-    pub fn outlines(&self, q: &[T], sides: usize) -> Vec<Vec<[T; 2]>> {
-        let outline = |contactor: &Contactor<T>| -> Vec<[T; 2]> {
-            let pose = Pose::of(contactor.body, q);
-            let mut points: Vec<[T; 2]> = match contactor.polygon() {
-                Some(polygon) => polygon.vertices.iter().map(|x| pose.place(x).into()).collect(),
-                None if contactor.radius == T::zero() => return vec![contactor.position(q).into()],
-                None => (0..sides)
-                    .map(|i| {
-                        let angle = lit::<T>(std::f64::consts::TAU * i as f64 / sides as f64);
-                        let (sin, cos) = nalgebra::ComplexField::sin_cos(angle);
-                        pose.place(&(contactor.centre + Vector2::new(cos, sin) * contactor.radius)).into()
-                    })
-                    .collect(),
-            };
-            points.extend(points.first().copied());
-            points
-        };
-        self.contactors.iter().map(outline).collect()
     }
 
     /// Candidates with half-planes of the bodies that do not sleep; `asleep` is empty where none does.
@@ -254,11 +231,7 @@ fn push_body<T: Scalar, const D: usize>(
     out.push(3 * body + 2, column(&spin));
 }
 
-impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for RigidBodies<T> {
-    fn dofs(&self) -> usize {
-        self.mass.size()
-    }
-
+impl<T: Scalar> Dynamics<T> for RigidBodies<T> {
     fn mass(&self) -> &Symmetric<T> {
         &self.mass
     }
@@ -275,6 +248,38 @@ impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for RigidBodies<T> {
         &self.forces
     }
 
+    fn body_dofs(&self) -> Option<usize> {
+        Some(3)
+    }
+
+    fn joints(&self) -> Option<&dyn Joints<T>> {
+        (!self.joints.is_empty()).then_some(&self.joints)
+    }
+
+    fn turns(&self, dof: usize) -> bool {
+        dof % 3 == 2
+    }
+
+    fn scales(&self, q: &[T], v: &[T]) -> Scales<T> {
+        let positive = |x: T, other: T| if x > T::zero() { x } else { other };
+        let larger = nalgebra::RealField::max;
+        let size = self.contactors.iter().fold(T::zero(), |l, c| larger(l, c.centre.norm() + c.radius));
+        let length = positive(size, positive(max_abs(q), T::one()));
+        let mut weight = self.forces.constant_part().to_vec();
+        if let Symmetric::Diagonal(mass) = &self.mass {
+            weight.iter_mut().zip(mass).for_each(|(f, &m)| *f /= m);
+        }
+        let mut speed = T::zero();
+        for (v, a) in v.chunks_exact(3).zip(weight.chunks_exact(3)) {
+            let of = |x: &[T]| Vector2::new(x[0], x[1]).norm() + nalgebra::ComplexField::abs(x[2]) * length;
+            let fall = nalgebra::ComplexField::sqrt(of(a) * length);
+            speed = larger(speed, larger(of(v), fall));
+        }
+        Scales { length, speed: positive(speed, length) }
+    }
+}
+
+impl<T: Scalar, const D: usize> Contacts<T, D> for RigidBodies<T> {
     fn interfaces(&self) -> usize {
         self.interfaces.count
     }
@@ -282,10 +287,6 @@ impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for RigidBodies<T> {
     fn candidates(&mut self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>) {
         self.plane_candidates(q, reach, &[], out);
         self.pair_candidates(q, reach, &[], out);
-    }
-
-    fn body_dofs(&self) -> Option<usize> {
-        Some(3)
     }
 
     fn awake_candidates(&mut self, q: &[T], reach: T, asleep: &[bool], out: &mut Vec<Candidate<T>>) {
@@ -365,62 +366,35 @@ impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for RigidBodies<T> {
             }
         }
     }
+}
 
-    fn joint_rows(&self) -> usize {
-        self.joint_rows
+impl<T: Scalar> Describe<T> for RigidBodies<T> {
+    fn outlines(&self, q: &[T], sides: usize) -> Vec<Vec<[T; 2]>> {
+        let outline = |contactor: &Contactor<T>| -> Vec<[T; 2]> {
+            let pose = Pose::of(contactor.body, q);
+            let mut points: Vec<[T; 2]> = match contactor.polygon() {
+                Some(polygon) => polygon.vertices.iter().map(|x| pose.place(x).into()).collect(),
+                None if contactor.radius == T::zero() => return vec![contactor.position(q).into()],
+                None => (0..sides)
+                    .map(|i| {
+                        let angle = lit::<T>(std::f64::consts::TAU * i as f64 / sides as f64);
+                        let (sin, cos) = nalgebra::ComplexField::sin_cos(angle);
+                        pose.place(&(contactor.centre + Vector2::new(cos, sin) * contactor.radius)).into()
+                    })
+                    .collect(),
+            };
+            points.extend(points.first().copied());
+            points
+        };
+        self.contactors.iter().map(outline).collect()
     }
 
-    fn joints_move(&self) -> bool {
-        self.joints.iter().any(|joint| joint.angle.is_none() || joint.b.body.is_some())
+    fn dof_label(&self, dof: usize) -> String {
+        format!("{}.{}", self.labels[dof / 3], ["x", "y", "angle"][dof % 3])
     }
 
-    fn joint_residual(&self, q: &[T], out: &mut [T]) {
-        let mut row = 0;
-        for joint in &self.joints {
-            joint.residual(q, &mut out[row..row + joint.rows()]);
-            row += joint.rows();
-        }
-    }
-
-    fn joint_jacobian(&self, q: &[T], s: &[T], out: &mut BlockRows<T, 1>) {
-        self.joints.iter().for_each(|joint| joint.jacobian(q, s, out));
-    }
-
-    fn joint_curvature(&self, q: &[T], s: &[T], multipliers: &[T], out: &mut [T]) {
-        let mut row = 0;
-        for joint in &self.joints {
-            joint.curvature(q, s, &multipliers[row..row + joint.rows()], out);
-            row += joint.rows();
-        }
-    }
-
-    fn joint_label(&self, row: usize) -> String {
-        let mut first = 0;
-        for joint in &self.joints {
-            if row < first + joint.rows() {
-                return joint.label.clone();
-            }
-            first += joint.rows();
-        }
-        row.to_string()
-    }
-
-    fn scales(&self, q: &[T], v: &[T]) -> Scales<T> {
-        let positive = |x: T, other: T| if x > T::zero() { x } else { other };
-        let larger = nalgebra::RealField::max;
-        let size = self.contactors.iter().fold(T::zero(), |l, c| larger(l, c.centre.norm() + c.radius));
-        let length = positive(size, positive(max_abs(q), T::one()));
-        let mut weight = self.forces.constant_part().to_vec();
-        if let Symmetric::Diagonal(mass) = &self.mass {
-            weight.iter_mut().zip(mass).for_each(|(f, &m)| *f /= m);
-        }
-        let mut speed = T::zero();
-        for (v, a) in v.chunks_exact(3).zip(weight.chunks_exact(3)) {
-            let of = |x: &[T]| Vector2::new(x[0], x[1]).norm() + nalgebra::ComplexField::abs(x[2]) * length;
-            let fall = nalgebra::ComplexField::sqrt(of(a) * length);
-            speed = larger(speed, larger(of(v), fall));
-        }
-        Scales { length, speed: positive(speed, length) }
+    fn dof_unit(&self, dof: usize) -> &'static str {
+        if dof % 3 == 2 { "rad" } else { "m" }
     }
 
     fn contact_label(&self, contact: ContactId) -> String {
@@ -438,13 +412,5 @@ impl<T: Scalar, const D: usize> MechanicalSystem<T, D> for RigidBodies<T> {
                 Features::VertexDisc(vertex) => format!("{}|{}/{vertex}", label(b), label(a)),
             },
         }
-    }
-
-    fn dof_label(&self, dof: usize) -> String {
-        format!("{}.{}", self.labels[dof / 3], ["x", "y", "angle"][dof % 3])
-    }
-
-    fn dof_unit(&self, dof: usize) -> &'static str {
-        if dof % 3 == 2 { "rad" } else { "m" }
     }
 }
