@@ -30,6 +30,7 @@ pub mod file;
 pub mod linalg;
 pub mod mesh;
 pub mod observe;
+pub mod planar;
 #[cfg(feature = "figures")]
 pub mod plot;
 pub mod registry;

@@ -22,6 +22,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("plot", &["file"]),
     ("observe", &["contact", "energy", "file", "linalg", "mesh", "plot", "scalar", "scheme", "system"]),
     ("simulate", &["adaptive", "contact", "energy", "linalg", "mesh", "observe", "scalar", "scheme"]),
+    ("planar", &["laws", "observe", "scalar", "scheme", "simulate", "solver", "system"]),
     ("fclib", &["cone", "file", "linalg", "scalar"]),
     (
         "scene",

@@ -12,6 +12,7 @@
 mod block_matrix;
 mod coulomb;
 mod factored;
+mod from_arrays;
 mod one_contact;
 mod precise;
 mod problem;
@@ -21,6 +22,7 @@ pub use block_matrix::BlockMatrix;
 pub use coulomb::{Status, StatusCount};
 pub use coulomb::{de_saxce, largest_eigenvalue, natural_map, project, status};
 pub use factored::{FactoredDelassus, FactoredError};
+pub use from_arrays::ArraysError;
 pub(crate) use one_contact::OneContactSolvers;
 pub use one_contact::{solve_one_contact, solve_one_contact_from};
 pub use problem::{
