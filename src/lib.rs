@@ -27,6 +27,7 @@ pub mod event_driven;
 pub mod fclib;
 #[cfg(any(feature = "outputs", feature = "figures", feature = "fclib", feature = "vtk"))]
 pub mod file;
+pub mod guide;
 pub mod linalg;
 pub mod mesh;
 pub mod observe;

@@ -2,14 +2,14 @@
 
 use nalgebra::SVector;
 
-use super::format::{ActivationRuleName, InterfaceSpec};
+use super::format::InterfaceSpec;
 use super::names::{Directory, Groups};
 use super::{LoadSpec, PlannedRun, PreloadSpec, Scene, SceneError};
 use crate::adaptive::Adaptive;
 use crate::laws::{Approach, ContactLaw};
 use crate::registry::Registry;
 use crate::scalar::{Scalar, epsilon, lit};
-use crate::scheme::{Activation, ActivationRule, Settings, ThetaScheme, equilibrium};
+use crate::scheme::{Activation, Settings, ThetaScheme, equilibrium};
 use crate::solver::Stopping;
 use crate::system::{Body, BodyId, Dynamics, RigidBodies, System};
 
@@ -190,13 +190,8 @@ fn check_state(scene: &Scene) -> Result<(), SceneError> {
 
 fn settings<T: Scalar>(scene: &Scene) -> Settings<T> {
     let time = &scene.time;
-    let rule = match time.activation {
-        ActivationRuleName::MoreauJean => ActivationRule::MoreauJean,
-        ActivationRuleName::PredictedGap => ActivationRule::PredictedGap,
-        ActivationRuleName::CurrentGap => ActivationRule::CurrentGap,
-    };
     let activation = Activation {
-        rule,
+        rule: time.activation,
         gap_tolerance: time.gap_tolerance.map(lit),
         velocity_tolerance: time.velocity_tolerance.map(lit),
     };
@@ -236,7 +231,7 @@ fn build_system<T: Scalar, const D: usize>(
         let id = builder.body(&body.name, Body { mass: lit(body.mass), inertia: lit(body.inertia) })?;
         builder.force(id, body.force.map(lit), lit(body.torque))?;
         for LoadSpec { force, torque, signal } in &body.loads {
-            builder.load(id, force.map(lit), lit(*torque), signal.signal())?;
+            builder.load(id, force.map(lit), lit(*torque), signal.cast())?;
         }
         builder.spring(id, body.stiffness.map(lit))?;
         builder.damper(id, body.damping.map(lit))?;

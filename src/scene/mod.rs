@@ -22,13 +22,10 @@ pub use error::{SceneError, line_and_column};
 pub use event_driven::{EventDriven, event_driven};
 pub use fingerprint::Fingerprint;
 pub use format::{
-    ActivationRuleName, BodySpec, DiscSpec, HalfPlaneSpec, InterfaceSpec, JointSpec, LoadSpec, OutputSpec,
-    PolygonSpec, ScalarName, Scene, SolverSpec, UnitsName,
+    BodySpec, DiscSpec, HalfPlaneSpec, InterfaceSpec, JointSpec, LoadSpec, OutputSpec, PolygonSpec,
+    ScalarName, Scene, SolverSpec, UnitsName,
 };
 pub use instance::{InKind, in_kind};
 pub use plan::{Overrides, PlannedRun};
-pub use solid::{
-    AxisName, HypothesisName, MassName, MeshSpec, PatternName, PreloadSpec, PrescribedSpec, SignalSpec,
-    SolidSpec, SupportName, TractionSpec,
-};
+pub use solid::{MeshSpec, PreloadSpec, PrescribedSpec, SolidSpec, SupportName, TractionSpec};
 pub use time::{AdaptiveSpec, TimeSpec};
