@@ -14,7 +14,7 @@ use std::time::Instant;
 use families::{Random, wall};
 use nalgebra::{SMatrix, SVector};
 use nonsmooth::cone::{BlockMatrix, ConeProblem, Form};
-use nonsmooth::solver::{ConeSolver, Nsgs, NsgsSettings, Stopping};
+use nonsmooth::solver::{ConeSolver, Method, Nsgs, NsgsSettings, Stopping};
 
 /// Contacts on a periodic 3D lattice with six neighbours, numbered at random.
 fn lattice<const D: usize>(side: usize, seed: u64) -> ConeProblem<f64, D> {
@@ -91,7 +91,8 @@ fn compare<const D: usize>(pattern: &str, problem: &ConeProblem<f64, D>) {
     let mut r = start.clone();
     let solver = |sweeps: usize, r: &mut Vec<SVector<f64, D>>| {
         let stopping = Stopping { max_iterations: Some(sweeps), ..Stopping::to(1e-300) };
-        let mut solver = Nsgs::new(NsgsSettings { stopping, acceleration: 0, ..NsgsSettings::default() });
+        let mut solver =
+            Nsgs::solver(stopping, NsgsSettings::default().with_acceleration(0)).expect("in range");
         // The budget ends first, by design.
         let _ = solver.solve(problem, &start, r);
     };

@@ -36,7 +36,7 @@
 //!     }
 //! }
 //!
-//! let registry = Registry::default().law(laws::family!(Plastic))?;
+//! let registry = Registry::default().law(laws::family!(Plastic<T>))?;
 //! let law = registry.build_law::<f64, 2>("plastic", &[0.5])?;
 //! assert!(law.rubs());
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -5,7 +5,7 @@ use nalgebra::{SVector, Vector2};
 use nonsmooth::laws::{self, ContactLaw};
 use nonsmooth::linalg::Symmetric;
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, ThetaScheme};
-use nonsmooth::solver::{self, ConeSolver, SOLVERS, Stopping, default_tolerance};
+use nonsmooth::solver::{self, SOLVERS, Stopping, default_tolerance};
 use nonsmooth::system::{Forces, Lagrangian, SmoothGap};
 
 const STEP: f64 = 1e-3;

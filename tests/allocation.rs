@@ -14,8 +14,8 @@ use nonsmooth::laws::{ContactLaw, Fremond};
 use nonsmooth::linalg::{BlockRows, Symmetric};
 use nonsmooth::scalar::{Scalar, lit};
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, ThetaScheme};
-use nonsmooth::solver::{ConeSolver, Nsgs, NsgsSettings, Stopping, build};
-use nonsmooth::system::{Body, Forces, Lagrangian, RigidBodies, SmoothGap, System};
+use nonsmooth::solver::{ConeSolver, Method, Nsgs, NsgsSettings, Stopping, build};
+use nonsmooth::system::{Body, Forces, Lagrangian, RigidBodies, SmoothGap};
 use random_problems::{Recipe, random};
 
 /// Makes `warm_up` steps, then asserts that the next `steps` allocate nothing and that contacts were active in them.
@@ -148,7 +148,7 @@ fn bar<T: Scalar, const D: usize>(n: usize) -> ThetaScheme<T, D> {
     };
     let mut settings = Settings::new(lit(1.0), lit(1e-3));
     settings.activation = Activation::new(ActivationRule::PredictedGap);
-    let solver = Nsgs::new(NsgsSettings::default());
+    let solver = Nsgs::solver(Stopping::default(), NsgsSettings::default()).expect("in range");
     let (q, v) = (vec![lit::<T>(1e-4); n], vec![T::zero(); n]);
     ThetaScheme::new(Box::new(bar), vec![law(), law()], Box::new(solver), settings, T::zero(), q, v)
         .expect("valid")

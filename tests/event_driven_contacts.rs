@@ -13,7 +13,7 @@ use motion::{balances, close, hybrid, law, motion, rounding, state};
 use nonsmooth::event_driven::{Settings, integrate};
 use nonsmooth::scheme::ThetaScheme;
 use nonsmooth::solver::Stopping;
-use nonsmooth::system::{Body, Contacts, RigidBodies, Signal, System, polygon_body};
+use nonsmooth::system::{Body, Contacts, RigidBodies, Signal, polygon_body};
 use random_lagrangian::{RandomLagrangian, Storage};
 use regression::{log_spaced, order};
 use stream::Stream;

@@ -3,7 +3,7 @@
 
 use nalgebra::{SMatrix, SVector};
 use nonsmooth::cone::{BlockMatrix, ConeProblem};
-use nonsmooth::solver::{ConeSolver, Nsgs, NsgsSettings, Stopping, build};
+use nonsmooth::solver::{ConeSolver, Method, Nsgs, NsgsSettings, Stopping, build};
 
 const SOLVERS: [&str; 3] = ["nsgs", "proximal-newton", "hybrid"];
 /// Tolerance of the solves; W is well conditioned, so that w is unique and moves by a small multiple of it.
@@ -124,7 +124,8 @@ fn spatial_contacts_do_not_depend_on_their_description() {
 fn allocations_of_a_warm_solve<const D: usize>(acceleration: usize) -> u64 {
     let problem = ring::<D>(200, 5);
     let stopping = Stopping::to(1e-9);
-    let mut solver = Nsgs::new(NsgsSettings { stopping, acceleration, ..NsgsSettings::default() });
+    let mut solver =
+        Nsgs::solver(stopping, NsgsSettings::default().with_acceleration(acceleration)).expect("in range");
     let start = vec![SVector::<f64, D>::zeros(); problem.contacts()];
     let mut r = start.clone();
     solver.solve(&problem, &start, &mut r).expect("cold");

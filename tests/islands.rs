@@ -2,10 +2,9 @@
 
 use nonsmooth::laws::{self, ContactLaw};
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, ThetaScheme};
-use nonsmooth::solver::{self, ConeSolver, Stopping};
+use nonsmooth::solver::{self, Stopping};
 use nonsmooth::system::{RigidBodies, polygon_body};
 
-type Law = Box<dyn ContactLaw<f64, 2>>;
 type Scheme = ThetaScheme<f64, 2>;
 
 /// Pairs of squares, one above the other, each pair far from the next and thrown in its own way.

@@ -7,13 +7,12 @@ mod double_pendulum;
 use double_pendulum::{DoublePendulum, RATES, START};
 use nonsmooth::laws::{self, ContactLaw};
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, SetupError, StepError, ThetaScheme};
-use nonsmooth::solver::{self, ConeSolver, SOLVERS, SolveError, Stopping};
+use nonsmooth::solver::{self, SOLVERS, SolveError, Stopping};
 use nonsmooth::system::{
     Body, BodyId, Joints, NonlinearLagrangian, RigidBodies, RigidBodiesBuilder, System, SystemError,
     polygon_body,
 };
 
-type Law = Box<dyn ContactLaw<f64, 2>>;
 type Scheme = ThetaScheme<f64, 2>;
 
 fn scheme<S: System<f64, 2> + 'static>(

@@ -4,7 +4,7 @@ use nonsmooth::adaptive::{Adaptive, AdaptiveError, AdaptiveSettings};
 use nonsmooth::laws::{self, ContactLaw};
 use nonsmooth::scheme::{Settings, SetupError, ThetaScheme};
 use nonsmooth::solver::{self, ConeSolver, Stopping};
-use nonsmooth::system::{Body, BodyId, Contacts, Joints, RigidBodies, RigidBodiesBuilder, System};
+use nonsmooth::system::{Body, BodyId, Contacts, Joints, RigidBodies, RigidBodiesBuilder};
 
 type Scheme = ThetaScheme<f64, 2>;
 

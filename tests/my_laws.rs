@@ -13,7 +13,7 @@ use nonsmooth::suite::{Suite, check_law};
 use speed_dependent::SpeedDependent;
 
 fn registry() -> Registry {
-    Registry::default().law(laws::family!(SpeedDependent)).expect("a new name")
+    Registry::default().law(laws::family!(SpeedDependent<T>)).expect("a new name")
 }
 
 fn example(name: &str) -> PathBuf {
@@ -39,12 +39,12 @@ fn a_registry_holds_what_it_was_given_and_names_are_taken_once() {
     let unsupported = registry.find_law("speed-dependent").expect("registered").build::<f64, 4>(&[1.0, 0.0]);
     assert!(matches!(unsupported, Err(LawError::Unsupported { dimension: 4, .. })));
 
-    let taken = registry.law(laws::family!(SpeedDependent)).expect_err("registered already");
+    let taken = registry.law(laws::family!(SpeedDependent<T>)).expect_err("registered already");
     assert_eq!(taken, RegistryError::LawTaken { name: "speed-dependent" });
-    let taken = Registry::default().solver(solver::family!(Nsgs)).expect_err("registered already");
+    let taken = Registry::default().solver(solver::family!(Nsgs<T, D>)).expect_err("registered already");
     assert_eq!(taken, RegistryError::SolverTaken { name: "nsgs" });
 
-    let small = Registry::empty().solver(solver::family!(Nsgs)).expect("the first");
+    let small = Registry::empty().solver(solver::family!(Nsgs<T, D>)).expect("the first");
     assert_eq!(small.build_solver::<f64, 3>("nsgs", Stopping::default()).expect("registered").name(), "nsgs");
     let Err(UnknownSolver::Name { known, .. }) = small.build_solver::<f64, 3>("admm", Stopping::default())
     else {

@@ -8,7 +8,7 @@ use double_pendulum::{DoublePendulum, RATES, START, pendulum};
 use nalgebra::{DMatrix, Vector2};
 use nonsmooth::laws;
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, SetupError, StepError, ThetaScheme};
-use nonsmooth::solver::{Nsgs, NsgsSettings, Stopping};
+use nonsmooth::solver::{Method, Nsgs, NsgsSettings, Stopping};
 use nonsmooth::system::{Contacts, Forces, NonlinearLagrangian, NonlinearTerms, SmoothGap};
 
 type Law = Box<dyn laws::ContactLaw<f64, 2>>;
@@ -23,7 +23,7 @@ fn try_scheme(
     let laws: Vec<Law> = (0..Contacts::<f64, 2>::interfaces(&system))
         .map(|_| laws::build(law, &[e, mu]).expect("registered"))
         .collect();
-    let solver = Nsgs::new(NsgsSettings { stopping: Stopping::to(1e-13), ..NsgsSettings::default() });
+    let solver = Nsgs::solver(Stopping::to(1e-13), NsgsSettings::default()).expect("in range");
     let activation = Activation::new(ActivationRule::PredictedGap);
     let settings = Settings { activation, allow_unproved_theta: true, ..Settings::new(theta, h) };
     ThetaScheme::new(Box::new(system), laws, Box::new(solver), settings, 0.0, q.to_vec(), v.to_vec())

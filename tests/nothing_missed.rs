@@ -8,10 +8,8 @@ use std::ops::ControlFlow;
 
 use motion::{close, hybrid, law};
 use nonsmooth::adaptive::{Adaptive, AdaptiveSettings};
-use nonsmooth::laws::ContactLaw;
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, ThetaScheme};
-use nonsmooth::solver::ConeSolver;
-use nonsmooth::system::{Body, BodyId, Contacts, RigidBodies, RigidBodiesBuilder, System};
+use nonsmooth::system::{Body, BodyId, Contacts, RigidBodies, RigidBodiesBuilder};
 
 type Scheme = ThetaScheme<f64, 2>;
 

@@ -7,7 +7,7 @@ mod families;
 use nalgebra::{DMatrix, SVector};
 use nonsmooth::cone::{ConeProblem, FactoredDelassus, FactoredError, Form};
 use nonsmooth::linalg::{BlockRows, Symmetric};
-use nonsmooth::solver::{ConeSolver, Hybrid, HybridSettings, Nsgs, NsgsSettings, Stopping};
+use nonsmooth::solver::{ConeSolver, Hybrid, HybridSettings, Method, Nsgs, NsgsSettings, Stopping};
 
 fn percussions(contacts: usize) -> Vec<SVector<f64, 3>> {
     (0..contacts)
@@ -61,8 +61,7 @@ fn a_coupled_mass_gives_the_dense_product() {
     }
     let b = vec![SVector::from([-1.0, 0.3]); 3];
     let problem = ConeProblem::factored(operator, Form::Factored, b, vec![0.4; 3]).expect("a problem");
-    let mut solver =
-        Hybrid::new(HybridSettings { stopping: Stopping::to(1e-12), ..HybridSettings::default() });
+    let mut solver = Hybrid::solver(Stopping::to(1e-12), HybridSettings::default()).expect("in range");
     let mut r = vec![SVector::zeros(); 3];
     let solution = solver.solve(&problem, &[SVector::zeros(); 3], &mut r).expect("solved");
     assert!(solution.residual.scaled <= 1e-12);
@@ -74,8 +73,7 @@ fn body_space_and_contact_space_take_the_same_steps() {
     let mut steps = Vec::new();
     for form in [Form::Formed, Form::Factored] {
         let problem = family.problem(form, 0.0);
-        let mut solver =
-            Hybrid::new(HybridSettings { stopping: Stopping::to(1e-8), ..HybridSettings::default() });
+        let mut solver = Hybrid::solver(Stopping::to(1e-8), HybridSettings::default()).expect("in range");
         let mut r = vec![SVector::zeros(); problem.contacts()];
         let start = r.clone();
         let solution = solver.solve(&problem, &start, &mut r).expect("a small wall is solved");
@@ -93,7 +91,8 @@ fn sweeps_over_bodies_are_the_sweeps_over_rows() {
     let sweep = |form| {
         let problem = family.problem(form, 0.0);
         let stopping = Stopping { max_iterations: Some(3), ..Stopping::to(1e-14) };
-        let mut solver = Nsgs::new(NsgsSettings { stopping, acceleration: 0, ..NsgsSettings::default() });
+        let mut solver =
+            Nsgs::solver(stopping, NsgsSettings::default().with_acceleration(0)).expect("in range");
         let mut r = vec![SVector::zeros(); problem.contacts()];
         let start = r.clone();
         // Three sweeps do not converge; their iterate is what is compared.

@@ -3,7 +3,7 @@
 use nonsmooth::contact::{Candidate, ContactId};
 use nonsmooth::linalg::BlockRows;
 use nonsmooth::system::{
-    Body, Contacts, GroupId, RigidBodies, RigidBodiesBuilder, System, SystemError, polygon_body,
+    Body, Contacts, GroupId, RigidBodies, RigidBodiesBuilder, SystemError, polygon_body,
 };
 
 type Scene = (RigidBodiesBuilder<f64>, GroupId);

@@ -4,7 +4,7 @@ use nonsmooth::laws;
 use nonsmooth::mesh::{Pattern, rectangle};
 use nonsmooth::scheme::{Activation, ActivationRule, EquilibriumError, Settings, ThetaScheme, equilibrium};
 use nonsmooth::solver::{self, Stopping};
-use nonsmooth::system::{Dynamics, ElasticBody, Hypothesis, Material, System};
+use nonsmooth::system::{Dynamics, ElasticBody, Hypothesis, Material};
 
 const YOUNG: f64 = 1e6;
 const DENSITY: f64 = 1e3;

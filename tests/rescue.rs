@@ -5,7 +5,8 @@ mod random_problems;
 use nalgebra::{Matrix2, SVector, vector};
 use nonsmooth::cone::{BlockMatrix, ConeProblem};
 use nonsmooth::solver::{
-    Accuracy, ConeSolver, Nsgs, NsgsSettings, RESCUE_TIME, SolveError, Stopping, build, solve_or_rescue,
+    Accuracy, ConeSolver, Method, Nsgs, NsgsSettings, RESCUE_TIME, SolveError, Stopping, build,
+    solve_or_rescue,
 };
 use random_problems::{Recipe, random};
 
@@ -69,7 +70,7 @@ fn what_the_chosen_solver_solves_is_left_alone() {
     let problem = random::<f64, 3>(&recipe);
     let zero = vec![SVector::<f64, 3>::zeros(); 4];
     let (mut r, mut same) = (zero.clone(), zero.clone());
-    let mut solver = Nsgs::<f64, 3>::new(NsgsSettings::default());
+    let mut solver = Nsgs::<f64, 3>::solver(Stopping::default(), NsgsSettings::default()).expect("in range");
     let alone = solver.solve(&problem, &zero, &mut r).expect("an easy problem");
     let door = solve_or_rescue(&mut solver, &problem, (&zero, &[]), &mut same).expect("an easy problem");
     assert_eq!((alone, r), (door, same));

@@ -2,10 +2,9 @@
 
 use nonsmooth::laws::{self, ContactLaw};
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, SetupError, ThetaScheme};
-use nonsmooth::solver::{self, ConeSolver, Stopping};
+use nonsmooth::solver::{self, Stopping};
 use nonsmooth::system::{Body, Describe, RigidBodies, polygon_body};
 
-type Law = Box<dyn ContactLaw<f64, 2>>;
 type Scheme = ThetaScheme<f64, 2>;
 
 const STACKS: usize = 5;

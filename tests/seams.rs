@@ -2,13 +2,12 @@
 
 use nonsmooth::laws;
 use nonsmooth::scheme::{Settings, ThetaScheme};
-use nonsmooth::solver::{self, ConeSolver, Stopping};
+use nonsmooth::solver::{self, Stopping};
 use nonsmooth::system::{Body, BodyId, GroupId, RigidBodies, RigidBodiesBuilder};
 
 const G: f64 = 9.81;
 const H: f64 = 1e-3;
 
-type Law = Box<dyn laws::ContactLaw<f64, 2>>;
 type Scheme = ThetaScheme<f64, 2>;
 
 /// What slides.

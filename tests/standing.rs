@@ -6,12 +6,11 @@
 
 use nonsmooth::laws::{self, ContactLaw};
 use nonsmooth::scheme::{Settings, ThetaScheme};
-use nonsmooth::solver::{self, ConeSolver, Stopping};
+use nonsmooth::solver::{self, Stopping};
 use nonsmooth::system::{Body, RigidBodies, RigidBodiesBuilder, polygon_body};
 
 const G: f64 = 9.81;
 
-type Law = Box<dyn ContactLaw<f64, 2>>;
 type Scheme = ThetaScheme<f64, 2>;
 
 /// Numbers that are the same in every run (splitmix64).

@@ -8,7 +8,7 @@ mod stream;
 
 use nonsmooth::laws::{self, ContactLaw, Description, LAWS};
 use nonsmooth::scheme::{Settings, SetupError, StepError, ThetaScheme};
-use nonsmooth::solver::{self, ConeSolver, SOLVERS, SolveError, Stopping};
+use nonsmooth::solver::{self, SOLVERS, SolveError, Stopping};
 use nonsmooth::system::Lagrangian;
 use random_lagrangian::{RandomLagrangian, Storage};
 use stream::Stream;

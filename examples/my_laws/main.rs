@@ -15,5 +15,5 @@ use std::process::ExitCode;
 use nonsmooth::{cli, laws, registry::Registry, registry::RegistryError};
 
 fn main() -> Result<ExitCode, RegistryError> {
-    Ok(cli::run(&Registry::default().law(laws::family!(speed_dependent::SpeedDependent))?))
+    Ok(cli::run(&Registry::default().law(laws::family!(speed_dependent::SpeedDependent<T>))?))
 }

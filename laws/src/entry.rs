@@ -59,25 +59,31 @@ impl LawEntry {
     }
 }
 
-/// The [`LawEntry`] of a law that is generic over its scalar, `MyLaw<T>`: in `f64` and `f32`, with contacts of 1, 2 and
-/// 3 dimensions.
+/// The [`LawEntry`] of a law in `f64` and `f32`, with contacts of 1, 2 and 3 dimensions: `family!(MyLaw<T>)` of a type that
+/// is generic over its scalar, `family!(MyLaw)` of one that is not.
 ///
 /// ```
 /// use nonsmooth_laws::{Fremond, family};
 ///
-/// let entry = family!(Fremond);
+/// let entry = family!(Fremond<T>);
 /// let law = entry.build::<f64, 2>(&[0.5, 0.3]).unwrap();
 /// assert_eq!(law.name(), entry.description().name);
 /// ```
 #[macro_export]
 macro_rules! family {
-    ($($law:ident)::+) => {
-        $crate::LawEntry::new(<$($law)::+<f64> as $crate::LawFamily<f64>>::DESCRIPTION)
-            .with::<$($law)::+<f64>, f64, 1>()
-            .with::<$($law)::+<f64>, f64, 2>()
-            .with::<$($law)::+<f64>, f64, 3>()
-            .with::<$($law)::+<f32>, f32, 1>()
-            .with::<$($law)::+<f32>, f32, 2>()
-            .with::<$($law)::+<f32>, f32, 3>()
+    ($($law:ident)::+ <T>) => {
+        $crate::family!(@ $($law)::+<f64>, $($law)::+<f32>)
+    };
+    ($law:ty) => {
+        $crate::family!(@ $law, $law)
+    };
+    (@ $double:ty, $single:ty) => {
+        $crate::LawEntry::new(<$double as $crate::LawFamily<f64>>::DESCRIPTION)
+            .with::<$double, f64, 1>()
+            .with::<$double, f64, 2>()
+            .with::<$double, f64, 3>()
+            .with::<$single, f32, 1>()
+            .with::<$single, f32, 2>()
+            .with::<$single, f32, 3>()
     };
 }

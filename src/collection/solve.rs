@@ -329,7 +329,11 @@ pub(super) fn attempt<T: Scalar, const D: usize>(
                     else {
                         break;
                     };
-                    (iterations, Residual { natural: lit(natural), scaled: lit(residual) }, Some(reason))
+                    (
+                        iterations,
+                        Residual { natural: lit(natural), scaled: lit(residual) },
+                        Some(reason.map(|reason| reason.to_string())),
+                    )
                 }
                 Err(source) => return Err(CollectionError::Solve { problem: name.into(), source }),
             };

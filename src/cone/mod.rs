@@ -19,6 +19,7 @@ mod problem;
 mod product;
 
 pub use block_matrix::BlockMatrix;
+pub(crate) use coulomb::tangential_norm;
 pub use coulomb::{Status, StatusCount};
 pub use coulomb::{de_saxce, largest_eigenvalue, natural_map, project, status};
 pub use factored::{FactoredDelassus, FactoredError};

@@ -40,6 +40,14 @@ impl<T: Scalar, const D: usize> BlockRows<T, D> {
         self.entries.truncate(end);
     }
 
+    /// Moves the entries of block row `row` `by` columns on: from the columns of a part to those of the whole.
+    pub fn shift_row(&mut self, row: usize, by: usize) {
+        if by > 0 {
+            let (start, end) = (self.starts[row], self.starts[row + 1]);
+            self.columns[start..end].iter_mut().for_each(|column| *column += by);
+        }
+    }
+
     /// Opens the next block row.
     pub fn start_row(&mut self) {
         self.starts.push(self.columns.len());

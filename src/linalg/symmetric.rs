@@ -105,6 +105,36 @@ impl<T: Scalar> Symmetric<T> {
         SparseSymmetric::from_triplets(size, triplets).map(Self::Sparse)
     }
 
+    /// Blocks one after another on the diagonal, each an operator or none of the given size; `None` where all are absent.
+    pub(crate) fn block_diagonal<'a>(
+        blocks: impl Iterator<Item = (Option<&'a Self>, usize)> + Clone,
+    ) -> Option<Self>
+    where
+        T: 'a,
+    {
+        if blocks.clone().all(|(block, _)| block.is_none()) {
+            return None;
+        }
+        if blocks.clone().all(|(block, _)| matches!(block, None | Some(Self::Diagonal(_)))) {
+            let mut diagonal = Vec::new();
+            for (block, size) in blocks {
+                match block {
+                    Some(Self::Diagonal(entries)) => diagonal.extend(entries),
+                    _ => diagonal.resize(diagonal.len() + size, T::zero()),
+                }
+            }
+            return Some(Self::Diagonal(diagonal));
+        }
+        let (mut first, mut entries) = (0, Vec::new());
+        for (block, size) in blocks {
+            let block = block.into_iter().flat_map(Self::entries);
+            entries.extend(block.map(|(i, j, x)| (first + i, first + j, x)));
+            first += size;
+        }
+        // The entries are those of symmetric operators.
+        Self::sparse(first, &entries).ok()
+    }
+
     /// Size n.
     pub fn size(&self) -> usize {
         match self {

@@ -2,21 +2,21 @@
 
 use std::iter::repeat;
 
-use nalgebra::{ComplexField, SMatrix, SVector};
+use nalgebra::{ComplexField, SVector};
 
 use super::anderson::Anderson;
-use super::complementarity::tangential_norm;
-use super::newton_matrix::NewtonMatrix;
-use super::scaling::Scaled;
-use super::{Breakdown, ConeSolver, Control, Description, Family, Stopping};
-use crate::cone::{ConeProblem, de_saxce, project};
-use crate::scalar::{Scalar, lit};
+use super::cone_solver::{Description, Iteration, Method};
+use super::control::Control;
+use super::error::{Breakdown, BreakdownCause};
+use super::newton::ScaledProblem;
+use super::settings::{Interval, SettingsError, check_depth, setters};
+use crate::cone::{ConeProblem, de_saxce, project, tangential_norm};
+use crate::scalar::{Scalar, all_finite, lit};
 
 /// Settings of [`Admm`].
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct AdmmSettings<T> {
-    /// Tolerance and budget; the default budget is 20,000 iterations (one linear solve each).
-    pub stopping: Stopping<T>,
     /// First penalty ρ, relative to λ_max(W_αα) = 1 (dimensionless, > 0). Default 1.
     pub penalty: T,
     /// Iterations between two looks at the penalty (count). Default 20; 0 keeps it.
@@ -26,23 +26,23 @@ pub struct AdmmSettings<T> {
     pub imbalance: T,
     /// Over-relaxation of r (dimensionless, in (0, 2)). Default 1.5.
     pub relaxation: T,
-    /// Iterations the Anderson acceleration remembers (count, at most 10: more is taken as 10). Default 10; 0 is the
-    /// plain method.
+    /// Iterations the Anderson acceleration remembers (count, at most 10). Default 10; 0 is the plain method.
     pub memory: usize,
 }
 
 impl<T: Scalar> Default for AdmmSettings<T> {
     fn default() -> Self {
-        Self {
-            stopping: Stopping::default(),
-            penalty: T::one(),
-            adapt_every: 20,
-            imbalance: lit(5.0),
-            relaxation: lit(1.5),
-            memory: 10,
-        }
+        Self { penalty: T::one(), adapt_every: 20, imbalance: lit(5.0), relaxation: lit(1.5), memory: 10 }
     }
 }
+
+setters!(AdmmSettings<T>:
+    with_penalty(penalty: T),
+    with_adapt_every(adapt_every: usize),
+    with_imbalance(imbalance: T),
+    with_relaxation(relaxation: T),
+    with_memory(memory: usize),
+);
 
 /// ADMM on the problem scaled to λ_max(W_αα) = 1, with y the scaled multiplier and s the De Saxcé shift:
 ///
@@ -56,17 +56,18 @@ impl<T: Scalar> Default for AdmmSettings<T> {
 /// Benatti & Garziera (2021), doi:10.1002/nme.6693.
 ///
 /// One factorisation serves many iterations, and moderate accuracy comes soon. With s held this is a convex program
-/// and converges; with s moving there is no proof. Choose it for small friction and moderate accuracy on problems
+/// and converges; with s moving there is no proof. Default budget: 20,000 iterations. Choose it for small
+/// friction and moderate accuracy on problems
 /// too ill-conditioned for Gauss–Seidel; for large friction it may cycle, and it then reports the best iterate.
 #[derive(Debug)]
 pub struct Admm<T: Scalar, const D: usize> {
     settings: AdmmSettings<T>,
-    scaled: Scaled<T, D>,
-    matrix: NewtonMatrix<T, D>,
+    scaled: ScaledProblem<T, D>,
     anderson: Anderson<T, T>,
     r: Vec<SVector<T, D>>,
     z: Vec<SVector<T, D>>,
     z_old: Vec<SVector<T, D>>,
+    w: Vec<SVector<T, D>>,
     best: Vec<SVector<T, D>>,
     /// (z + y, s), D + 1 numbers per contact, and its image.
     state: Vec<T>,
@@ -82,31 +83,9 @@ const LAST_ADAPTATION: usize = 4_000;
 const STAGNATION: usize = 500;
 
 impl<T: Scalar, const D: usize> Admm<T, D> {
-    /// The solver with its settings.
-    pub fn new(settings: AdmmSettings<T>) -> Self {
-        Self {
-            anderson: Anderson::new(settings.memory),
-            settings,
-            scaled: Scaled::default(),
-            matrix: NewtonMatrix::default(),
-            r: Vec::new(),
-            z: Vec::new(),
-            z_old: Vec::new(),
-            best: Vec::new(),
-            state: Vec::new(),
-            image: Vec::new(),
-        }
-    }
-
-    fn factor(&mut self, penalty: T) -> Result<(), String> {
-        let identity = SMatrix::identity();
-        self.matrix.factor(self.scaled.problem().delassus(), |_| Some((identity, identity * penalty)))
-    }
-
     /// One iteration from the state to its image; the primal and dual residuals ‖r − z‖ and ρ‖z − z_old‖.
-    fn step(&mut self, penalty: T) -> Result<(T, T), String> {
-        let problem = self.scaled.problem();
-        let (friction, kappa) = (problem.friction(), self.settings.relaxation);
+    fn step(&mut self, penalty: T) -> Result<(T, T), BreakdownCause> {
+        let (friction, kappa) = (self.scaled.friction(), self.settings.relaxation);
         std::mem::swap(&mut self.z, &mut self.z_old);
         self.z.clear();
         self.r.clear();
@@ -114,12 +93,16 @@ impl<T: Scalar, const D: usize> Admm<T, D> {
             let v = SVector::<T, D>::from_column_slice(&state[..D]);
             let z = project(&v, friction[i]);
             // z − y = 2 z − v.
-            let mut rhs = (z * lit::<T>(2.0) - v) * penalty - problem.b()[i];
+            let mut rhs = (z * lit::<T>(2.0) - v) * penalty - self.scaled.b()[i];
             rhs[0] -= state[D];
             self.z.push(z);
             self.r.push(rhs);
         }
-        self.matrix.solve(&mut self.r)?;
+        self.scaled.solve_regularised(&mut self.r);
+        if !self.r.iter().all(|r| all_finite(r.iter())) {
+            return Err(BreakdownCause::NotFinite);
+        }
+        let friction = self.scaled.friction();
         self.image.clear();
         let (mut primal, mut dual) = (T::zero(), T::zero());
         for (i, state) in self.state.chunks_exact(D + 1).enumerate() {
@@ -136,20 +119,20 @@ impl<T: Scalar, const D: usize> Admm<T, D> {
         Ok((ComplexField::sqrt(primal), penalty * ComplexField::sqrt(dual)))
     }
 
-    /// Residual of z on the problem as given.
-    fn residual(&self) -> T {
-        let problem = self.scaled.problem();
-        let square = self.z.iter().enumerate().fold(T::zero(), |sum, (i, z)| {
-            let mu = problem.friction()[i];
-            let phi = de_saxce(&problem.shifted_velocity(i, &self.z), mu);
-            sum + self.scaled.residual_square(i, &(z - project(&(z - phi), mu)))
-        });
-        ComplexField::sqrt(square)
+    fn factor(&mut self, penalty: T) -> Result<(), BreakdownCause> {
+        self.scaled.factor_regularised(penalty).map_err(|node| BreakdownCause::Singular { node })
+    }
+
+    /// Residual of z on the problem as given; its velocity is left in `self.w`.
+    fn residual(&mut self) -> T {
+        self.w.resize(self.z.len(), SVector::zeros());
+        self.scaled.velocity(&self.z, &mut self.w);
+        self.scaled.residual(&self.z, &self.w)
     }
 
     /// The state of a new penalty: ρ y stays.
     fn rescale(&mut self, ratio: T) {
-        for (state, &mu) in self.state.chunks_exact_mut(D + 1).zip(self.scaled.problem().friction()) {
+        for (state, &mu) in self.state.chunks_exact_mut(D + 1).zip(self.scaled.friction()) {
             let v = SVector::<T, D>::from_column_slice(&state[..D]);
             let z = project(&v, mu);
             state[..D].copy_from_slice((z + (v - z) * ratio).as_slice());
@@ -157,26 +140,25 @@ impl<T: Scalar, const D: usize> Admm<T, D> {
     }
 }
 
-impl<T: Scalar, const D: usize> Family<T> for Admm<T, D> {
+impl<T: Scalar, const D: usize> Method<T, D> for Admm<T, D> {
     const DESCRIPTION: Description = Description {
         name: "admm",
         title: "alternating direction method of multipliers, adaptive penalty, Anderson acceleration",
         when: "small friction and moderate accuracy on ill-conditioned problems",
         reference: "Boyd et al. (2011), doi:10.1561/2200000016",
+        iteration: Iteration::Sweep,
     };
+    type Settings = AdmmSettings<T>;
 
-    fn with_stopping(stopping: Stopping<T>) -> Self {
-        Self::new(AdmmSettings { stopping, ..AdmmSettings::default() })
-    }
-}
-
-impl<T: Scalar, const D: usize> ConeSolver<T, D> for Admm<T, D> {
-    fn name(&self) -> &'static str {
-        <Self as Family<T>>::DESCRIPTION.name
-    }
-
-    fn stopping(&self) -> &Stopping<T> {
-        &self.settings.stopping
+    fn new(settings: AdmmSettings<T>) -> Result<Self, SettingsError> {
+        Interval::Open(0.0, f64::INFINITY).check("penalty", settings.penalty)?;
+        Interval::Open(1.0, f64::INFINITY).check("imbalance", settings.imbalance)?;
+        Interval::Open(0.0, 2.0).check("relaxation", settings.relaxation)?;
+        check_depth("memory", settings.memory)?;
+        let [r, z, z_old, w, best] = std::array::from_fn(|_| Vec::new());
+        let (scaled, anderson) = (ScaledProblem::new(), Anderson::new(settings.memory));
+        let (state, image) = (Vec::new(), Vec::new());
+        Ok(Self { settings, scaled, anderson, r, z, z_old, w, best, state, image })
     }
 
     fn iterate(
@@ -185,21 +167,18 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for Admm<T, D> {
         r: &mut [SVector<T, D>],
         control: &mut Control<'_, T>,
     ) -> Result<usize, Breakdown> {
-        let breakdown = |iterations, message| Breakdown { iterations, message };
-        self.scaled.refill(problem);
-        self.scaled.scale_into(r, &mut self.z);
+        self.scaled.prepare(problem);
+        self.scaled.enter(r, &mut self.z);
         self.best.clone_from(&self.z);
         let mut best = self.residual();
         let mut penalty = self.settings.penalty;
-        self.matrix.analyse(self.scaled.problem().delassus()).map_err(|m| breakdown(0, m))?;
-        self.factor(penalty).map_err(|m| breakdown(0, m))?;
+        self.factor(penalty).map_err(|cause| Breakdown::new(0, cause))?;
         // z = r, y = −Φ(w)/ρ, s = μ‖w_T‖: the state the method would end in if r were the solution.
         self.state.clear();
         for (i, z) in self.z.iter().enumerate() {
-            let mu = self.scaled.problem().friction()[i];
-            let w = self.scaled.problem().shifted_velocity(i, &self.z);
-            self.state.extend((z - de_saxce(&w, mu) / penalty).iter().copied());
-            self.state.push(mu * tangential_norm(&w));
+            let (mu, w) = (self.scaled.friction()[i], &self.w[i]);
+            self.state.extend((z - de_saxce(w, mu) / penalty).iter().copied());
+            self.state.push(mu * tangential_norm(w));
         }
         self.anderson.prepare(self.state.len());
         let budget = control.max_iterations(DEFAULT_ITERATIONS);
@@ -208,8 +187,8 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for Admm<T, D> {
         for iteration in 1..=budget {
             let (primal, dual) = match self.step(penalty) {
                 Ok(residuals) => residuals,
-                Err(message) => {
-                    outcome = Err(breakdown(iteration, message));
+                Err(cause) => {
+                    outcome = Err(Breakdown::new(iteration, cause));
                     break;
                 }
             };
@@ -240,14 +219,14 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for Admm<T, D> {
                     self.rescale(penalty / next);
                     penalty = next;
                     self.anderson.forget();
-                    if let Err(message) = self.factor(penalty) {
-                        outcome = Err(breakdown(iteration, message));
+                    if let Err(cause) = self.factor(penalty) {
+                        outcome = Err(Breakdown::new(iteration, cause));
                         break;
                     }
                 }
             }
         }
-        self.scaled.unscale_into(&self.best, r);
+        self.scaled.leave(&self.best, r);
         outcome
     }
 }

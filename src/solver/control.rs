@@ -2,8 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use super::default_tolerance;
-use crate::scalar::{Scalar, to_f64};
+use crate::scalar::{Scalar, epsilon, lit, to_f64};
 
 /// Tolerance and budget of a solver.
 #[derive(Debug, Clone, PartialEq)]
@@ -118,4 +117,11 @@ impl<'a, T: Scalar> Control<'a, T> {
         };
         Control { tolerance, max_iterations: Some(max_iterations), deadline: self.deadline, observer }
     }
+}
+
+/// The default tolerance on the scaled residual: 1e-10, or 64 ε where the scalar cannot resolve that.
+pub fn default_tolerance<T: Scalar>() -> T {
+    let floor = lit::<T>(64.0) * epsilon::<T>();
+    let wanted = lit::<T>(1e-10);
+    if wanted > floor { wanted } else { floor }
 }

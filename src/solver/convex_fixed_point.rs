@@ -1,39 +1,40 @@
 //! Fixed point on the De Saxcé shift, one convex program per step.
 
-use clarabel::solver::{DefaultSolver, IPSolver};
+use clarabel::solver::{DefaultSolver, IPSolver, SolverStatus};
 use nalgebra::SVector;
 
 use super::anderson::Anderson;
-use super::complementarity::tangential_norm;
+use super::cone_solver::{Description, Iteration, Method};
 use super::conic_program::{Unknowns, coulomb_cones, settings, symmetric_part, usable};
-use super::scaling::Scaled;
-use super::{Breakdown, ConeSolver, Control, Description, Family, SemismoothNewton, Stopping};
-use super::{Feasibility, SemismoothNewtonSettings, feasibility};
-use crate::cone::ConeProblem;
+use super::control::Control;
+use super::error::{Breakdown, BreakdownCause, ProgramError};
+use super::feasibility::{Feasibility, feasibility};
+use super::newton::{Plan, ProximalPoint, Scaling};
+use super::settings::{Interval, SettingsError, check_depth, setters};
+use crate::cone::{ConeProblem, tangential_norm};
 use crate::scalar::{Scalar, lit, to_f64};
 
 /// What takes the interior-point solution to the tolerance, in the arithmetic of the problem.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Polish {
     /// Nothing: the accuracy is the interior-point method's.
     None,
     /// Sweeps of exact one-contact solutions (count).
     Sweeps(usize),
-    /// Steps of [`SemismoothNewton`] without its fallback (count).
+    /// Steps of [`SemismoothNewton`](super::SemismoothNewton) without its fallback (count).
     Newton(usize),
 }
 
 /// Settings of [`ConvexFixedPoint`].
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct ConvexFixedPointSettings<T> {
-    /// Tolerance and budget; the default budget is 200 convex programs.
-    pub stopping: Stopping<T>,
-    /// Gap and feasibility tolerance of a convex program (dimensionless, on the scaled problem). Default 1e-9.
+    /// Gap and feasibility tolerance of a convex program (dimensionless, on the scaled problem, in (0, 1)). Default 1e-9.
     pub program_tolerance: f64,
     /// Largest number of interior-point iterations of a convex program (count). Default 100.
     pub program_iterations: u32,
-    /// Steps the Anderson acceleration of s remembers (count, at most 10: more is taken as 10). Default 5; 0 is the
-    /// plain fixed point.
+    /// Steps the Anderson acceleration of s remembers (count, at most 10). Default 5; 0 is the plain fixed point.
     pub memory: usize,
     /// Part of the way from s to its image that a step takes (in (0, 1]). Default 1; each time 10 programs in a
     /// row bring no better iterate it is halved, down to 1/8, and s is restarted from another place.
@@ -45,7 +46,6 @@ pub struct ConvexFixedPointSettings<T> {
 impl<T: Scalar> Default for ConvexFixedPointSettings<T> {
     fn default() -> Self {
         Self {
-            stopping: Stopping::default(),
             program_tolerance: 1e-9,
             program_iterations: 100,
             memory: 5,
@@ -54,6 +54,14 @@ impl<T: Scalar> Default for ConvexFixedPointSettings<T> {
         }
     }
 }
+
+setters!(ConvexFixedPointSettings<T>:
+    with_program_tolerance(program_tolerance: f64),
+    with_program_iterations(program_iterations: u32),
+    with_memory(memory: usize),
+    with_damping(damping: T),
+    with_polish(polish: Polish),
+);
 
 /// Fixed point on s_α = μ_α‖w_{T,α}‖: with s held, the cone problem is the optimality condition of
 ///
@@ -76,8 +84,9 @@ impl<T: Scalar> Default for ConvexFixedPointSettings<T> {
 #[derive(Debug)]
 pub struct ConvexFixedPoint<T: Scalar, const D: usize> {
     settings: ConvexFixedPointSettings<T>,
-    scaled: Scaled<T, D>,
-    newton: SemismoothNewton<T, D>,
+    scaling: Scaling<T>,
+    scaled: ConeProblem<T, D>,
+    newton: ProximalPoint<T, D>,
     anderson: Anderson<T, T>,
     x: Vec<SVector<T, D>>,
     best: Vec<SVector<T, D>>,
@@ -88,28 +97,10 @@ pub struct ConvexFixedPoint<T: Scalar, const D: usize> {
 }
 
 impl<T: Scalar, const D: usize> ConvexFixedPoint<T, D> {
-    /// The solver with its settings.
-    pub fn new(settings: ConvexFixedPointSettings<T>) -> Self {
-        let polish = SemismoothNewtonSettings { fallback: false, ..SemismoothNewtonSettings::default() };
-        let direct_steps = if let Polish::Newton(steps) = settings.polish { steps } else { 0 };
-        Self {
-            anderson: Anderson::new(settings.memory),
-            newton: SemismoothNewton::new(SemismoothNewtonSettings { direct_steps, ..polish }),
-            settings,
-            scaled: Scaled::default(),
-            x: Vec::new(),
-            best: Vec::new(),
-            trial: Vec::new(),
-            shift: Vec::new(),
-            image: Vec::new(),
-            linear: Vec::new(),
-        }
-    }
-
     /// q = b + s e_N + (W − sym W) x on the unknowns.
     fn fill_linear(&mut self, unknowns: &Unknowns, remainder: &[SVector<T, D>]) {
         self.linear.clear();
-        for (i, b) in self.scaled.problem().b().iter().enumerate() {
+        for (i, b) in self.scaled.b().iter().enumerate() {
             let mut q = b + remainder[i];
             q[0] += self.shift[i];
             self.linear.extend(unknowns.range(i).enumerate().map(|(d, _)| to_f64(q[d])));
@@ -118,7 +109,7 @@ impl<T: Scalar, const D: usize> ConvexFixedPoint<T, D> {
 
     /// μ‖w_T‖ of every contact at x, into `image`.
     fn fill_image(&mut self) {
-        let problem = self.scaled.problem();
+        let problem = &self.scaled;
         self.image.clear();
         self.image.extend(problem.friction().iter().enumerate().map(|(i, &mu)| {
             if mu > T::zero() {
@@ -141,7 +132,7 @@ impl<T: Scalar, const D: usize> ConvexFixedPoint<T, D> {
 
     /// ½ (W − Wᵀ) x.
     fn asymmetry(&self, into: &mut [SVector<T, D>]) {
-        let w = self.scaled.problem().delassus();
+        let w = self.scaled.delassus();
         into.fill(SVector::zeros());
         let half = lit::<T>(0.5);
         for i in 0..w.rows() {
@@ -166,7 +157,8 @@ impl<T: Scalar, const D: usize> ConvexFixedPoint<T, D> {
             Polish::Newton(steps) => {
                 let mut stage = control.stage(control.tolerance(), steps);
                 // A polish that breaks down leaves its best iterate, which is measured like any other.
-                let _ = self.newton.iterate(problem, &mut self.trial, &mut stage);
+                let direct = Plan { direct_steps: steps, fallback: false, ..Plan::default() };
+                let _ = self.newton.run(problem, &mut self.trial, &direct, 0, &mut stage);
             }
         }
     }
@@ -175,26 +167,33 @@ impl<T: Scalar, const D: usize> ConvexFixedPoint<T, D> {
 /// Programs without a better iterate before the fixed point is taken to cycle.
 const STAGNATION: usize = 10;
 
-impl<T: Scalar, const D: usize> Family<T> for ConvexFixedPoint<T, D> {
+impl<T: Scalar, const D: usize> Method<T, D> for ConvexFixedPoint<T, D> {
     const DESCRIPTION: Description = Description {
         name: "convex",
         title: "fixed point on the De Saxcé shift, a convex second-order cone program per step (clarabel)",
         when: "an independent check, or problems that may have no solution; small friction",
         reference: "Acary, Cadoux, Lemaréchal & Malick (2011), doi:10.1002/zamm.201000073",
+        iteration: Iteration::Program,
     };
+    type Settings = ConvexFixedPointSettings<T>;
 
-    fn with_stopping(stopping: Stopping<T>) -> Self {
-        Self::new(ConvexFixedPointSettings { stopping, ..ConvexFixedPointSettings::default() })
-    }
-}
-
-impl<T: Scalar, const D: usize> ConeSolver<T, D> for ConvexFixedPoint<T, D> {
-    fn name(&self) -> &'static str {
-        <Self as Family<T>>::DESCRIPTION.name
-    }
-
-    fn stopping(&self) -> &Stopping<T> {
-        &self.settings.stopping
+    fn new(settings: ConvexFixedPointSettings<T>) -> Result<Self, SettingsError> {
+        Interval::Open(0.0, 1.0).check("program_tolerance", settings.program_tolerance)?;
+        Interval::LeftOpen(0.0, 1.0).check("damping", settings.damping)?;
+        check_depth("memory", settings.memory)?;
+        Ok(Self {
+            anderson: Anderson::new(settings.memory),
+            newton: ProximalPoint::new(),
+            settings,
+            scaling: Scaling::new(),
+            scaled: ConeProblem::default(),
+            x: Vec::new(),
+            best: Vec::new(),
+            trial: Vec::new(),
+            shift: Vec::new(),
+            image: Vec::new(),
+            linear: Vec::new(),
+        })
     }
 
     fn iterate(
@@ -203,12 +202,13 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for ConvexFixedPoint<T, D> {
         r: &mut [SVector<T, D>],
         control: &mut Control<'_, T>,
     ) -> Result<usize, Breakdown> {
-        let breakdown = |iterations, message: String| Breakdown { iterations, message };
+        let refused = BreakdownCause::Refused;
         self.best.clear();
         self.best.extend_from_slice(r);
         let mut best = problem.residual(r).scaled;
-        self.scaled.refill(problem);
-        self.scaled.scale_into(r, &mut self.x);
+        self.scaling = Scaling::of(problem);
+        self.scaled = self.scaling.scaled(problem);
+        self.scaling.enter(r, &mut self.x);
         let cold = r.iter().all(|r| r.norm_squared() == T::zero());
         self.fill_image();
         self.shift.clear();
@@ -216,17 +216,17 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for ConvexFixedPoint<T, D> {
         let mut remainder = vec![SVector::zeros(); r.len()];
         self.asymmetry(&mut remainder);
 
-        let unknowns = Unknowns::of(self.scaled.problem());
-        let quadratic = symmetric_part(self.scaled.problem().delassus(), &unknowns);
-        let (rows, cones) = coulomb_cones(self.scaled.problem(), &unknowns);
+        let unknowns = Unknowns::of(&self.scaled);
+        let quadratic = symmetric_part(self.scaled.delassus(), &unknowns);
+        let (rows, cones) = coulomb_cones(&self.scaled, &unknowns);
         self.fill_linear(&unknowns, &remainder);
         if !crate::scalar::all_finite(&self.linear) || !crate::scalar::all_finite(&quadratic.nzval) {
-            return Err(breakdown(0, "the scaled problem is not finite".into()));
+            return Err(Breakdown::new(0, BreakdownCause::NotFinite));
         }
         let program = settings(self.settings.program_tolerance, self.settings.program_iterations);
         let mut program =
             DefaultSolver::new(&quadratic, &self.linear, &rows, &vec![0.0; rows.m], &cones, program)
-                .map_err(|error| breakdown(0, error.to_string()))?;
+                .map_err(|error| Breakdown::new(0, refused(ProgramError::new(error))))?;
 
         self.anderson.prepare(self.shift.len());
         let mut damping = self.settings.damping;
@@ -240,7 +240,7 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for ConvexFixedPoint<T, D> {
                 unbounded += 1;
                 if unbounded > 8 {
                     let status = program.solution.status;
-                    return Err(breakdown(step, explain(problem, &format!("{status:?}"))));
+                    return Err(Breakdown::new(step, explain(problem, status)));
                 }
                 let two = lit::<T>(2.0);
                 self.shift.iter_mut().zip(problem.friction()).for_each(|(s, &mu)| *s = *s * two + mu);
@@ -252,7 +252,7 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for ConvexFixedPoint<T, D> {
                 }
                 self.trial.clear();
                 self.trial.extend_from_slice(r);
-                self.scaled.unscale_into(&self.x, &mut self.trial);
+                self.scaling.leave(&self.x, &mut self.trial);
                 let mut residual = problem.residual(&self.trial).scaled;
                 let due = residual <= polished_at * lit::<T>(0.1) || step % 10 == 0 || step == budget;
                 if residual > control.tolerance() && due {
@@ -292,21 +292,20 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for ConvexFixedPoint<T, D> {
             }
             self.asymmetry(&mut remainder);
             self.fill_linear(&unknowns, &remainder);
-            program.update_q(&self.linear).map_err(|error| breakdown(step, error.to_string()))?;
+            program
+                .update_q(&self.linear)
+                .map_err(|error| Breakdown::new(step, refused(ProgramError::new(error))))?;
         }
         Ok(budget)
     }
 }
 
-/// Why a convex program has no solution, in words.
-fn explain<T: Scalar, const D: usize>(problem: &ConeProblem<T, D>, status: &str) -> String {
+/// Why a convex program has no solution.
+fn explain<T: Scalar, const D: usize>(problem: &ConeProblem<T, D>, status: SolverStatus) -> BreakdownCause {
     match feasibility(problem) {
         Ok(Feasibility::Separated { margin, .. }) => {
-            let margin = to_f64(margin);
-            format!(
-                "no percussion brings every velocity into K* (scaled margin {margin:.3e}): clarabel {status}"
-            )
+            BreakdownCause::Separated { margin: to_f64(margin), status }
         }
-        _ => format!("clarabel stopped with {status}"),
+        _ => BreakdownCause::Program { status },
     }
 }

@@ -3,11 +3,11 @@
 use std::any::Any;
 use std::sync::Arc;
 
-use super::{ConeSolver, Description, Family, Stopping, UnknownSolver};
+use super::{ConeSolver, Description, Method, Stopping, UnknownSolver};
 use crate::scalar::Scalar;
 
-/// Makes a solver from a stopping rule that has been checked.
-type Maker<T, const D: usize> = fn(Stopping<T>) -> Box<dyn ConeSolver<T, D>>;
+/// Makes a solver from a stopping rule, every other setting at its default.
+type Maker<T, const D: usize> = fn(Stopping<T>) -> Result<Box<dyn ConeSolver<T, D>>, UnknownSolver>;
 
 /// A family of solvers as a registry holds it: its description, and how to make its solvers in each arithmetic and contact
 /// dimension it supports. [`family!`](crate::solver::family) makes one from the type of a solver.
@@ -24,14 +24,14 @@ impl SolverEntry {
         Self { description, makers: Vec::new() }
     }
 
-    /// Adds the arithmetic T and the contact dimension D, in which `V` is the solver.
+    /// Adds the arithmetic T and the contact dimension D, in which `M` is the method.
     #[must_use]
-    pub fn with<V, T, const D: usize>(mut self) -> Self
+    pub fn with<M, T, const D: usize>(mut self) -> Self
     where
         T: Scalar,
-        V: Family<T> + ConeSolver<T, D> + 'static,
+        M: Method<T, D> + 'static,
     {
-        let maker: Maker<T, D> = |stopping| Box::new(V::with_stopping(stopping));
+        let maker: Maker<T, D> = |stopping| Ok(Box::new(M::solver(stopping, M::Settings::default())?));
         self.makers.push(Arc::new(maker));
         self
     }
@@ -57,33 +57,38 @@ impl SolverEntry {
             scalar: T::NAME,
             dimension: D,
         })?;
-        Ok(maker(stopping))
+        maker(stopping)
     }
 }
 
-/// The [`SolverEntry`] of a solver that is generic over scalar and dimension, `MySolver<T, D>`: in `f64` and `f32`, with
-/// contacts of 1, 2 and 3 dimensions.
+/// The [`SolverEntry`] of a [`Method`](crate::solver::Method) in `f64` and `f32`, with contacts of 1, 2 and 3 dimensions:
+/// `family!(MyMethod)`, or of a type that is generic over scalar and dimension `family!(MyMethod<T, D>)`.
 ///
 /// ```
 /// use nonsmooth::solver::{Nsgs, Stopping, family};
 ///
-/// let entry = family!(Nsgs);
+/// let entry = family!(Nsgs<T, D>);
 /// let solver = entry.build::<f64, 2>(Stopping::default()).unwrap();
 /// assert_eq!(solver.name(), entry.description().name);
 /// ```
 #[doc(hidden)]
 #[macro_export]
 macro_rules! solver_family {
-    ($($solver:ident)::+) => {
-        $crate::solver::SolverEntry::new(
-            <$($solver)::+<f64, 1> as $crate::solver::Family<f64>>::DESCRIPTION,
-        )
-        .with::<$($solver)::+<f64, 1>, f64, 1>()
-        .with::<$($solver)::+<f64, 2>, f64, 2>()
-        .with::<$($solver)::+<f64, 3>, f64, 3>()
-        .with::<$($solver)::+<f32, 1>, f32, 1>()
-        .with::<$($solver)::+<f32, 2>, f32, 2>()
-        .with::<$($solver)::+<f32, 3>, f32, 3>()
+    ($($method:ident)::+ <T, D>) => {
+        $crate::solver_family!(@ $($method)::+<f64, 1>, $($method)::+<f64, 2>, $($method)::+<f64, 3>,
+            $($method)::+<f32, 1>, $($method)::+<f32, 2>, $($method)::+<f32, 3>)
+    };
+    ($method:ty) => {
+        $crate::solver_family!(@ $method, $method, $method, $method, $method, $method)
+    };
+    (@ $a:ty, $b:ty, $c:ty, $d:ty, $e:ty, $f:ty) => {
+        $crate::solver::SolverEntry::new(<$a as $crate::solver::Method<f64, 1>>::DESCRIPTION)
+            .with::<$a, f64, 1>()
+            .with::<$b, f64, 2>()
+            .with::<$c, f64, 3>()
+            .with::<$d, f32, 1>()
+            .with::<$e, f32, 2>()
+            .with::<$f, f32, 3>()
     };
 }
 #[doc(inline)]

@@ -2,13 +2,17 @@
 
 use nalgebra::{ComplexField, SVector};
 
-use super::scaling::Scaled;
-use super::{Breakdown, ConeSolver, Control, Description, Family, Stopping};
-use crate::cone::{ConeProblem, de_saxce, project};
+use super::cone_solver::{Description, Iteration, Method};
+use super::control::Control;
+use super::error::Breakdown;
+use super::newton::ScaledProblem;
+use super::settings::{Interval, SettingsError, setters};
+use crate::cone::ConeProblem;
 use crate::scalar::{Scalar, lit};
 
 /// How many projections an iteration makes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Projections {
     /// r ← proj_K(r − ρ F(r)): the projected fixed point.
     One,
@@ -18,10 +22,9 @@ pub enum Projections {
 }
 
 /// Settings of [`Extragradient`].
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct ExtragradientSettings<T> {
-    /// Tolerance and budget; the default budget is 200,000 iterations (a product with W per projection).
-    pub stopping: Stopping<T>,
     /// Projections of an iteration. Default: two, the extragradient method.
     pub projections: Projections,
     /// First step ρ, relative to 1/λ_max(W_αα) (dimensionless, > 0). Default 1.
@@ -36,7 +39,6 @@ pub struct ExtragradientSettings<T> {
 impl<T: Scalar> Default for ExtragradientSettings<T> {
     fn default() -> Self {
         Self {
-            stopping: Stopping::default(),
             projections: Projections::default(),
             step: T::one(),
             contraction: lit(0.9),
@@ -45,6 +47,13 @@ impl<T: Scalar> Default for ExtragradientSettings<T> {
     }
 }
 
+setters!(ExtragradientSettings<T>:
+    with_projections(projections: Projections),
+    with_step(step: T),
+    with_contraction(contraction: T),
+    with_lengthen_below(lengthen_below: T),
+);
+
 /// The cone problem as a variational inequality: r ∈ K, F(r)·(r' − r) ≥ 0 for every r' ∈ K, with
 /// F(r) = Φ(W r + b), on the problem scaled to λ_max(W_αα) = 1; the projections of Korpelevich (1976) with the step
 /// rule of Khobotov (1987), as compared for frictional contact by Acary, Brémond & Huber (2018),
@@ -52,12 +61,13 @@ impl<T: Scalar> Default for ExtragradientSettings<T> {
 ///
 /// It needs products with W only, and no diagonal block is ever inverted. Its rate is linear with the condition of
 /// W, so that 1e-10 may take 10⁵ iterations; convergence is proven for monotone F, which Φ is not once μ > 0, and
-/// for large friction it may cycle. Choose it as a reference for other methods, or for a rough start.
+/// for large friction it may cycle. Default budget: 200,000 iterations, a product with W per projection.
+/// Choose it as a reference for other methods, or for a rough start.
 #[derive(Debug, Clone)]
 pub struct Extragradient<T: Scalar, const D: usize> {
     settings: ExtragradientSettings<T>,
-    scaled: Scaled<T, D>,
-    r: Vec<SVector<T, D>>,
+    scaled: ScaledProblem<T, D>,
+    x: Vec<SVector<T, D>>,
     force: Vec<SVector<T, D>>,
     trial: Vec<SVector<T, D>>,
     trial_force: Vec<SVector<T, D>>,
@@ -67,51 +77,22 @@ pub struct Extragradient<T: Scalar, const D: usize> {
 /// Default budget.
 const DEFAULT_ITERATIONS: usize = 200_000;
 
-impl<T: Scalar, const D: usize> Extragradient<T, D> {
-    /// The solver with its settings.
-    pub fn new(settings: ExtragradientSettings<T>) -> Self {
-        Self {
-            settings,
-            scaled: Scaled::default(),
-            r: Vec::new(),
-            force: Vec::new(),
-            trial: Vec::new(),
-            trial_force: Vec::new(),
-            best: Vec::new(),
-        }
-    }
-}
-
-/// F(r) = Φ(W r + b).
-fn fill_force<T: Scalar, const D: usize>(
-    problem: &ConeProblem<T, D>,
-    r: &[SVector<T, D>],
-    force: &mut Vec<SVector<T, D>>,
-) {
-    force.clear();
-    force.extend((0..r.len()).map(|i| de_saxce(&problem.shifted_velocity(i, r), problem.friction()[i])));
-}
-
-impl<T: Scalar, const D: usize> Family<T> for Extragradient<T, D> {
+impl<T: Scalar, const D: usize> Method<T, D> for Extragradient<T, D> {
     const DESCRIPTION: Description = Description {
         name: "extragradient",
         title: "extragradient projections on the variational inequality, self-adaptive step",
         when: "a reference for other methods or a rough start; products with W only",
         reference: "Khobotov (1987); Acary, Brémond & Huber (2018), doi:10.1007/978-3-319-75972-2_10",
+        iteration: Iteration::Sweep,
     };
+    type Settings = ExtragradientSettings<T>;
 
-    fn with_stopping(stopping: Stopping<T>) -> Self {
-        Self::new(ExtragradientSettings { stopping, ..ExtragradientSettings::default() })
-    }
-}
-
-impl<T: Scalar, const D: usize> ConeSolver<T, D> for Extragradient<T, D> {
-    fn name(&self) -> &'static str {
-        <Self as Family<T>>::DESCRIPTION.name
-    }
-
-    fn stopping(&self) -> &Stopping<T> {
-        &self.settings.stopping
+    fn new(settings: ExtragradientSettings<T>) -> Result<Self, SettingsError> {
+        Interval::Open(0.0, f64::INFINITY).check("step", settings.step)?;
+        Interval::Open(0.0, 1.0).check("contraction", settings.contraction)?;
+        Interval::Closed(0.0, 1.0).check("lengthen_below", settings.lengthen_below)?;
+        let [x, force, trial, trial_force, best] = std::array::from_fn(|_| Vec::new());
+        Ok(Self { settings, scaled: ScaledProblem::new(), x, force, trial, trial_force, best })
     }
 
     fn iterate(
@@ -120,72 +101,69 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for Extragradient<T, D> {
         r: &mut [SVector<T, D>],
         control: &mut Control<'_, T>,
     ) -> Result<usize, Breakdown> {
-        self.scaled.refill(problem);
-        self.scaled.scale_into(r, &mut self.r);
-        self.best.clone_from(&self.r);
-        let p = self.scaled.problem();
-        let friction = p.friction();
-        let (mut rho, mut best) = (self.settings.step, T::infinity_impl());
+        let Self { settings, scaled, x, force, trial, trial_force, best } = self;
+        scaled.prepare(problem);
+        scaled.enter(r, x);
+        best.clone_from(x);
+        for buffer in [&mut *force, &mut *trial, &mut *trial_force] {
+            buffer.resize(x.len(), SVector::zeros());
+        }
+        let (mut rho, mut smallest) = (settings.step, T::infinity_impl());
         // Where nothing resists (no solution, r grows for ever) the step must not outrun the digits of r.
         let (shortest, longest) = (lit::<T>(1e-12), lit::<T>(1e4));
         let budget = control.max_iterations(DEFAULT_ITERATIONS);
         // Measured again in the problem's units, the residual may differ by rounding.
         let target = control.tolerance() * lit::<T>(0.95);
         let mut iterations = budget;
-        fill_force(p, &self.r, &mut self.force);
+        scaled.force(x, force);
         for iteration in 1..=budget + 1 {
-            let square = self.r.iter().zip(&self.force).enumerate().fold(T::zero(), |sum, (i, (r, f))| {
-                sum + self.scaled.residual_square(i, &(r - project(&(r - f), friction[i])))
-            });
-            let residual = ComplexField::sqrt(square);
-            if residual < best {
-                best = residual;
-                self.best.copy_from_slice(&self.r);
+            let residual = scaled.residual_of_force(x, force);
+            if residual < smallest {
+                smallest = residual;
+                best.copy_from_slice(x);
             }
             // The last round only measures.
-            if iteration > budget || !control.proceed(iteration - 1, best) || best <= target {
+            if iteration > budget || !control.proceed(iteration - 1, smallest) || smallest <= target {
                 iterations = iteration - 1;
                 break;
             }
             let ratio = loop {
-                self.trial.clear();
-                let projected = self.r.iter().zip(&self.force).zip(friction);
-                self.trial.extend(projected.map(|((r, f), &mu)| project(&(r - f * rho), mu)));
-                fill_force(p, &self.trial, &mut self.trial_force);
+                trial.iter_mut().zip(&*x).zip(&*force).for_each(|((trial, x), f)| *trial = x - f * rho);
+                scaled.project_in_place(trial);
+                scaled.force(trial, trial_force);
                 let (mut moved, mut changed) = (T::zero(), T::zero());
-                for i in 0..self.r.len() {
-                    moved += (self.r[i] - self.trial[i]).norm_squared();
-                    changed += (self.force[i] - self.trial_force[i]).norm_squared();
+                for i in 0..x.len() {
+                    moved += (x[i] - trial[i]).norm_squared();
+                    changed += (force[i] - trial_force[i]).norm_squared();
                 }
                 if moved == T::zero() {
-                    break self.settings.contraction;
+                    break settings.contraction;
                 }
                 let ratio = rho * ComplexField::sqrt(changed / moved);
                 // Written so that a NaN ends the search.
-                let refused = ratio > self.settings.contraction && rho > shortest;
+                let refused = ratio > settings.contraction && rho > shortest;
                 if !refused {
                     break ratio;
                 }
-                let shrink = (self.settings.contraction / ratio).min(T::one()).max(lit(0.1));
+                let shrink = (settings.contraction / ratio).min(T::one()).max(lit(0.1));
                 rho *= shrink * lit::<T>(2.0 / 3.0);
             };
-            match self.settings.projections {
+            match settings.projections {
                 Projections::One => {
-                    std::mem::swap(&mut self.r, &mut self.trial);
-                    std::mem::swap(&mut self.force, &mut self.trial_force);
+                    std::mem::swap(x, trial);
+                    std::mem::swap(force, trial_force);
                 }
                 Projections::Two => {
-                    for (i, r) in self.r.iter_mut().enumerate() {
-                        *r = project(&(*r - self.trial_force[i] * rho), friction[i]);
-                    }
-                    fill_force(p, &self.r, &mut self.force);
+                    x.iter_mut().zip(&*trial_force).for_each(|(x, f)| *x -= f * rho);
+                    scaled.project_in_place(x);
+                    scaled.force(x, force);
                 }
             }
-            if ratio < self.settings.lengthen_below && rho < longest {
+            if ratio < settings.lengthen_below && rho < longest {
                 rho *= lit::<T>(1.5);
             }
         }
-        self.scaled.unscale_into(&self.best, r);
+        scaled.leave(best, r);
         Ok(iterations)
     }
 }

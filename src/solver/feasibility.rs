@@ -1,17 +1,36 @@
 //! Whether some percussion brings every velocity into the dual cone, or the direction that shows none does.
 
 use clarabel::solver::SupportedConeT::{NonnegativeConeT, SecondOrderConeT};
-use clarabel::solver::{DefaultSettings, DefaultSolution, DefaultSolver, IPSolver};
+use clarabel::solver::{DefaultSettings, DefaultSolution, DefaultSolver, IPSolver, SolverStatus};
 use nalgebra::SVector;
 
-use super::complementarity::tangential_norm;
 use super::conic_program::{Unknowns, settings, sparse, usable};
-use super::scaling::Scaled;
-use crate::cone::{ConeProblem, ProblemError};
+use super::error::ProgramError;
+use super::newton::Scaling;
+use crate::cone::{ConeProblem, ProblemError, tangential_norm};
 use crate::scalar::{Scalar, epsilon, lit, to_f64};
+
+/// Why [`feasibility`] decided nothing.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Undecided {
+    /// b = 0: r = 0 is a solution, and W r ∈ int K* may or may not be.
+    #[error("b = 0")]
+    Trivial,
+    /// Entries of W or b are so large or so small that the scaled problem is not finite.
+    #[error("the scaled problem is not finite")]
+    NotFinite,
+    /// The convex program was refused.
+    #[error("the convex program was refused")]
+    Refused(#[source] ProgramError),
+    /// The program's end was not verified, or its margin is too near 0.
+    #[error("clarabel stopped with {0:?}")]
+    Program(SolverStatus),
+}
 
 /// The outcome of [`feasibility`].
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum Feasibility<T: Scalar, const D: usize> {
     /// W r + b ∈ int K* for this r, which makes a solution of the cone problem exist.
     Strict {
@@ -32,8 +51,8 @@ pub enum Feasibility<T: Scalar, const D: usize> {
     Undecided {
         /// The margin computed, NaN where there is none.
         margin: T,
-        /// How clarabel ended.
-        status: String,
+        /// What stood in the way.
+        reason: Undecided,
     },
 }
 
@@ -58,16 +77,14 @@ pub fn feasibility<T: Scalar, const D: usize>(
     problem.check()?;
     let m = problem.contacts();
     if problem.b_norm() == T::zero() {
-        // r = 0 is a solution; W r ∈ int K* may or may not be.
-        let status = "b = 0".to_string();
-        return Ok(Feasibility::Undecided { margin: T::zero(), status });
+        return Ok(Feasibility::Undecided { margin: T::zero(), reason: Undecided::Trivial });
     }
-    let mut scaled = Scaled::default();
-    scaled.refill(problem);
+    let scaling = Scaling::of(problem);
+    let scaled = scaling.scaled(problem);
     let (unknowns, margin) = (Unknowns::all::<D>(m), m * D);
     let (mut entries, mut rhs, mut cones) = (Vec::new(), Vec::new(), Vec::new());
     // One row of W x + b − t e_N, as s = rhs − A (x, t), combined with weights on N and on one tangent.
-    let p = scaled.problem();
+    let p = &scaled;
     let mut push = |contact: usize, weights: &[(usize, f64)]| {
         let row = rhs.len();
         for (j, block) in p.delassus().row(contact) {
@@ -101,36 +118,37 @@ pub fn feasibility<T: Scalar, const D: usize>(
     entries.push((rhs.len(), margin, 1.0));
     rhs.push(1.0);
     cones.push(NonnegativeConeT(1));
-    let undecided = |margin: f64, status: String| Ok(Feasibility::Undecided { margin: lit(margin), status });
+    let undecided = |margin: f64, reason| Ok(Feasibility::Undecided { margin: lit(margin), reason });
     if !entries.iter().all(|(_, _, value)| value.is_finite()) || !rhs.iter().all(|b| b.is_finite()) {
-        return undecided(f64::NAN, "the scaled problem is not finite".into());
+        return undecided(f64::NAN, Undecided::NotFinite);
     }
     let mut linear = vec![0.0; margin + 1];
     linear[margin] = -1.0;
     let (rows, quadratic) = (sparse(rhs.len(), margin + 1, &entries), sparse(margin + 1, margin + 1, &[]));
-    let mut last = (f64::NAN, String::new());
+    let mut last = (f64::NAN, SolverStatus::Unsolved);
     // Where the program stalls in one scaling of its rows it seldom does in the other.
     for equilibrate_enable in [true, false] {
         let settings = DefaultSettings { equilibrate_enable, ..settings(UNDECIDED * 1e-2, 200) };
         let mut program = match DefaultSolver::new(&quadratic, &linear, &rows, &rhs, &cones, settings) {
             Ok(program) => program,
-            Err(error) => return undecided(f64::NAN, error.to_string()),
+            Err(error) => return undecided(f64::NAN, Undecided::Refused(ProgramError::new(error))),
         };
         program.solve();
-        if let Some(decided) = decide(&scaled, &program.solution) {
+        if let Some(decided) = decide(&scaling, &scaled, &program.solution) {
             return Ok(decided);
         }
-        last = (program.solution.x[margin], format!("{:?}", program.solution.status));
+        last = (program.solution.x[margin], program.solution.status);
     }
-    undecided(last.0, last.1)
+    undecided(last.0, Undecided::Program(last.1))
 }
 
 /// What the convex program found, verified on the scaled problem.
 fn decide<T: Scalar, const D: usize>(
-    scaled: &Scaled<T, D>,
+    scaling: &Scaling<T>,
+    p: &ConeProblem<T, D>,
     solution: &DefaultSolution<f64>,
 ) -> Option<Feasibility<T, D>> {
-    let (p, primal, dual) = (scaled.problem(), &solution.x, &solution.z);
+    let (primal, dual) = (&solution.x, &solution.z);
     if !usable(solution.status) || !primal.iter().chain(dual).all(|v| v.is_finite()) {
         return None;
     }
@@ -140,12 +158,12 @@ fn decide<T: Scalar, const D: usize>(
         let x: Vec<_> = (0..p.contacts()).map(block).collect();
         let margin = verified_margin(p, &x)?.min(T::one());
         let mut percussion = x.clone();
-        scaled.unscale_into(&x, &mut percussion);
+        scaling.leave(&x, &mut percussion);
         Some(Feasibility::Strict { margin, percussion })
     } else if t < -UNDECIDED {
         let d = direction(p, dual);
         let mut direction = d.clone();
-        scaled.unscale_into(&d, &mut direction);
+        scaling.leave(&d, &mut direction);
         separates(p, &d, lit(t)).then_some(Feasibility::Separated { margin: lit(t), direction })
     } else {
         None

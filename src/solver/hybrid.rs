@@ -3,9 +3,12 @@
 use nalgebra::SVector;
 
 use super::anderson::MAX_DEPTH;
-use super::nsgs::{Accelerated, Patience, Sweep};
-use super::proximal_newton::ProximalPoint;
-use super::{Breakdown, ConeSolver, Control, Description, Family, Stopping};
+use super::cone_solver::{Description, Iteration, Method};
+use super::control::Control;
+use super::error::Breakdown;
+use super::newton::{Plan, ProximalPoint};
+use super::settings::{SettingsError, setters};
+use super::sweeps::{Accelerated, Patience, Sweep};
 use crate::cone::ConeProblem;
 use crate::scalar::{Scalar, lit};
 
@@ -21,60 +24,40 @@ const WARM_RESIDUAL: f64 = 0.1;
 const NEAR_RESIDUAL: f64 = 1e-5;
 
 /// Settings of [`Hybrid`].
-#[derive(Debug, Clone)]
-pub struct HybridSettings<T> {
-    /// Tolerance and budget; the default budget is 6,000 Newton steps.
-    pub stopping: Stopping<T>,
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct HybridSettings {
     /// Largest number of sweeps before Newton; `None` (default) takes 16 per stored block and contact, between 20
     /// and 400.
     pub sweeps: Option<usize>,
 }
 
-impl<T: Scalar> Default for HybridSettings<T> {
-    fn default() -> Self {
-        Self { stopping: Stopping::default(), sweeps: None }
-    }
-}
+setters!(HybridSettings: with_sweeps(sweeps: Option<usize>));
 
 /// The cascade: Gauss–Seidel sweeps with Anderson acceleration while they gain, then the proximal point with
 /// semismooth Newton ([`ProximalNewton`](super::ProximalNewton)) from where they stopped.
 ///
 /// Easy problems end in the sweeps, at the price of a few gathers; hard ones get a start with mostly the right
-/// statuses. One iteration is a sweep or a Newton step. Choose it unless you know better.
+/// statuses. One iteration is a sweep or a Newton step, default budget 6,000 of these. Choose it unless you know better.
 #[derive(Debug, Clone)]
 pub struct Hybrid<T: Scalar, const D: usize> {
-    settings: HybridSettings<T>,
+    settings: HybridSettings,
     sweeps: Accelerated<T, D>,
     newton: ProximalPoint<T, D>,
 }
 
-impl<T: Scalar, const D: usize> Hybrid<T, D> {
-    /// The solver with its settings.
-    pub fn new(settings: HybridSettings<T>) -> Self {
-        Self { settings, sweeps: Accelerated::new(MAX_DEPTH), newton: ProximalPoint::new() }
-    }
-}
-
-impl<T: Scalar, const D: usize> Family<T> for Hybrid<T, D> {
+impl<T: Scalar, const D: usize> Method<T, D> for Hybrid<T, D> {
     const DESCRIPTION: Description = Description {
         name: "hybrid",
         title: "accelerated Gauss–Seidel, then proximal Newton",
         when: "always, unless you know better (default)",
         reference: "Acary, Brémond, Huber (2018), doi:10.1007/978-3-319-75972-2_10",
+        iteration: Iteration::Factorisation,
     };
+    type Settings = HybridSettings;
 
-    fn with_stopping(stopping: Stopping<T>) -> Self {
-        Self::new(HybridSettings { stopping, ..HybridSettings::default() })
-    }
-}
-
-impl<T: Scalar, const D: usize> ConeSolver<T, D> for Hybrid<T, D> {
-    fn name(&self) -> &'static str {
-        <Self as Family<T>>::DESCRIPTION.name
-    }
-
-    fn stopping(&self) -> &Stopping<T> {
-        &self.settings.stopping
+    fn new(settings: HybridSettings) -> Result<Self, SettingsError> {
+        Ok(Self { settings, sweeps: Accelerated::new(MAX_DEPTH), newton: ProximalPoint::new() })
     }
 
     fn iterate(
@@ -89,16 +72,17 @@ impl<T: Scalar, const D: usize> ConeSolver<T, D> for Hybrid<T, D> {
         let cold = r.iter().all(|r| *r == SVector::<T, D>::zeros());
         let start = if cold || m == 1 { T::infinity_impl() } else { problem.residual(r).scaled };
         if start <= lit::<T>(NEAR_RESIDUAL) {
-            return self.newton.run(problem, r, None, 0, control);
+            return self.newton.run(problem, r, &Plan::default(), 0, control);
         }
         let warm = m >= WARM_CONTACTS && start <= lit::<T>(WARM_RESIDUAL);
         let (sweeps, proximal) = if warm { (sweeps.min(4), Some(lit::<T>(1e-6))) } else { (sweeps, None) };
         let patience = Patience { sweeps: sweeps.min(control.max_iterations(sweeps)), stalled: STALLED };
-        let run = self.sweeps.run(problem, r, Sweep::Forward, patience, control);
+        let swept = self.sweeps.run(problem, r, Sweep::Forward, patience, control);
         // A single contact is solved exactly: what is left is rounding, or no solution exists.
-        if run.residual <= control.tolerance() || m == 1 {
-            return Ok(run.iterations);
+        if swept.residual <= control.tolerance() || m == 1 {
+            return Ok(swept.iterations);
         }
-        self.newton.run(problem, r, proximal, run.iterations, control)
+        let plan = Plan { proximal, ..Plan::default() };
+        self.newton.run(problem, r, &plan, swept.iterations, control)
     }
 }

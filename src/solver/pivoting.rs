@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use nalgebra::{ComplexField, SVector};
 
-use super::scaling::Scaled;
+use super::newton::Scaling;
 use crate::cone::ConeProblem;
 use crate::scalar::{Scalar, epsilon, lit};
 
@@ -36,13 +36,12 @@ pub(super) fn pivot<T: Scalar, const D: usize>(
     if m.saturating_mul(2 * D) > 2 * MOST_ROWS {
         return None;
     }
-    let mut scaled = Scaled::default();
-    scaled.refill(problem);
-    let mut tableau = Tableau::of(scaled.problem())?;
+    let scaling = Scaling::of(problem);
+    let mut tableau = Tableau::of(&scaling.scaled(problem))?;
     let solved = tableau.run(deadline);
-    let x = tableau.percussions::<D>(scaled.problem().friction());
+    let x = tableau.percussions::<D>(problem.friction());
     let mut r = x.clone();
-    scaled.unscale_into(&x, &mut r);
+    scaling.leave(&x, &mut r);
     let finite = r.iter().all(|r| crate::scalar::all_finite(r.iter()));
     (solved && finite).then_some(r)
 }

@@ -1,32 +1,16 @@
 //! The solvers by name: one line each.
 
+use super::cone_solver::{ConeSolver, Description, Method};
+use super::control::{Stopping, StoppingError};
 #[cfg(feature = "clarabel")]
 use super::convex_fixed_point;
-use super::{ConeSolver, SolverEntry, Stopping, StoppingError};
+use super::entry::SolverEntry;
+use super::settings::SettingsError;
 use super::{admm, extragradient, hybrid, nsgs, proximal_newton, semismooth_newton};
 use crate::scalar::Scalar;
 
-/// A solver as the registry lists it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Description {
-    /// Name in scene files and on the command line.
-    pub name: &'static str,
-    /// One line saying what the method is.
-    pub title: &'static str,
-    /// When to choose it.
-    pub when: &'static str,
-    /// Publication the method comes from.
-    pub reference: &'static str,
-}
-
-/// A solver the registry can describe and build from its stopping rule, every other setting at its default.
-pub trait Family<T: Scalar>: Sized {
-    /// The registry's entry.
-    const DESCRIPTION: Description;
-
-    /// The solver with a stopping rule that has been checked.
-    fn with_stopping(stopping: Stopping<T>) -> Self;
-}
+/// Name of the solver taken where none is chosen.
+pub const DEFAULT: &str = "hybrid";
 
 /// No solver of this name is registered.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -52,17 +36,20 @@ pub enum UnknownSolver {
     /// The stopping rule is out of range.
     #[error(transparent)]
     Stopping(#[from] StoppingError),
+    /// The method refuses its own defaults.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
 }
 
 macro_rules! register {
     ($($(#[$meta:meta])* $module:ident :: $solver:ident),+ $(,)?) => {
         /// Every registered solver.
         pub const SOLVERS: &[Description] =
-            &[$($(#[$meta])* <$module::$solver<f64, 3> as Family<f64>>::DESCRIPTION),+];
+            &[$($(#[$meta])* <$module::$solver<f64, 3> as Method<f64, 3>>::DESCRIPTION),+];
 
         /// The registered families, in the order of registration.
         pub fn families() -> Vec<SolverEntry> {
-            vec![$($(#[$meta])* crate::solver::family!($module::$solver)),+]
+            vec![$($(#[$meta])* crate::solver::family!($module::$solver<T, D>)),+]
         }
 
         /// Builds a registered solver.
@@ -76,8 +63,9 @@ macro_rules! register {
             stopping.check()?;
             $(
                 $(#[$meta])*
-                if name == <$module::$solver<T, D> as Family<T>>::DESCRIPTION.name {
-                    return Ok(Box::new(<$module::$solver<T, D> as Family<T>>::with_stopping(stopping)));
+                if name == <$module::$solver<T, D> as Method<T, D>>::DESCRIPTION.name {
+                    let solver = <$module::$solver<T, D> as Method<T, D>>::solver(stopping, Default::default())?;
+                    return Ok(Box::new(solver));
                 }
             )+
             Err(describe(name).err().expect("a described solver is one of those tried above"))

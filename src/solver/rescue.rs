@@ -3,13 +3,15 @@
 //! A frictional contact problem is combinatorial: a method that fails from one start succeeds from another, and where one
 //! method stalls another seldom does at the same place. Nothing here runs, or allocates, before a solver has failed.
 
-use std::fmt;
 use std::time::{Duration, Instant};
 
 use nalgebra::SVector;
 
+use super::cone_solver::{ConeSolver, Iteration, Solution};
+use super::control::Stopping;
+use super::error::{Origin, RescueAttempt, RescueFailure, SolveError};
 use super::pivoting::pivot;
-use super::{ConeSolver, DEFAULT, SOLVERS, Solution, SolveError, Stopping, build};
+use super::registry::{DEFAULT, SOLVERS, build, describe};
 use crate::cone::ConeProblem;
 use crate::scalar::{Scalar, epsilon, lit};
 
@@ -23,73 +25,6 @@ const PROGRAMS: usize = 100;
 
 /// Changes of b and μ, relative, of the problems whose solutions are starts.
 const PERTURBATIONS: [f64; 3] = [1e-10, 1e-7, 1e-4];
-
-/// Where an attempt started.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Origin {
-    /// r = 0.
-    Zero,
-    /// The percussions of the step before the last.
-    Older,
-    /// The best percussions so far.
-    Best,
-    /// Lemke's complementary pivoting.
-    Pivoting,
-    /// A solution with b and μ changed by this much, relative.
-    Perturbed(f64),
-}
-
-impl fmt::Display for Origin {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Zero => f.write_str("from zero"),
-            Self::Older => f.write_str("from older percussions"),
-            Self::Best => f.write_str("from the best percussions"),
-            Self::Pivoting => f.write_str("after complementary pivoting"),
-            Self::Perturbed(by) => write!(f, "from data changed by {by:e}"),
-        }
-    }
-}
-
-/// An attempt that failed.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Attempt {
-    /// The solver.
-    pub solver: &'static str,
-    /// Where it started.
-    pub origin: Origin,
-    /// Scaled residual it reached, measured on the problem.
-    pub residual: f64,
-}
-
-/// The attempts of a rescue that failed, in their order.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Attempts {
-    /// The failure of the chosen solver.
-    pub first: SolveError,
-    /// What else was tried.
-    pub others: Vec<Attempt>,
-    /// The scaled margin by which no percussions of moderate size bring every velocity into K*: negative, where certain.
-    pub margin: Option<f64>,
-}
-
-impl fmt::Display for Attempts {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.first)?;
-        let best = self.others.iter().min_by(|a, b| a.residual.total_cmp(&b.residual));
-        if let Some(Attempt { solver, origin, residual }) = best {
-            let count = self.others.len();
-            write!(f, "; of {count} further attempts the best, {solver} {origin}, reached {residual:e}")?;
-        }
-        if let Some(margin) = self.margin {
-            write!(
-                f,
-                "; the bodies are wedged: no percussions of moderate size bring every velocity into K* (scaled margin {margin:.1e})"
-            )?;
-        }
-        Ok(())
-    }
-}
 
 /// [`ConeSolver::solve`] that does not give up with the chosen solver: see [`rescue`].
 ///
@@ -149,7 +84,7 @@ pub fn rescue<T: Scalar, const D: usize>(
         return Ok(solution);
     }
     let (others, margin) = (search.failed, search.margin);
-    Err(SolveError::Unsolved(Box::new(Attempts { first: failure, others, margin })))
+    Err(SolveError::Unsolved(Box::new(RescueFailure { first: failure, others, margin })))
 }
 
 struct Search<'a, T: Scalar, const D: usize> {
@@ -160,7 +95,7 @@ struct Search<'a, T: Scalar, const D: usize> {
     /// The best percussions so far, and their residual.
     residual: f64,
     best: &'a mut [SVector<T, D>],
-    failed: Vec<Attempt>,
+    failed: Vec<RescueAttempt>,
     margin: Option<f64>,
 }
 
@@ -206,10 +141,10 @@ impl<T: Scalar, const D: usize> Search<'_, T, D> {
         if left.is_some_and(|left| left.is_zero()) {
             return None;
         }
-        let own = match name {
-            "nsgs" | "admm" | "extragradient" => SWEEPS,
-            "convex" => PROGRAMS,
-            _ => STEPS,
+        let own = match describe(name).ok()?.iteration {
+            Iteration::Sweep => SWEEPS,
+            Iteration::Factorisation => STEPS,
+            Iteration::Program => PROGRAMS,
         };
         let most = self.stopping.max_iterations.map_or(own, |given| given.min(own));
         let max_seconds = left.map(|left| left.as_secs_f64());
@@ -232,7 +167,7 @@ impl<T: Scalar, const D: usize> Search<'_, T, D> {
             }
             Err(SolveError::NotConverged { iterations, residual, .. }) => {
                 self.iterations += iterations;
-                self.failed.push(Attempt { solver: name, origin, residual });
+                self.failed.push(RescueAttempt { solver: name, origin, residual });
                 if residual < self.residual {
                     self.residual = residual;
                     self.best.copy_from_slice(&r);
@@ -265,8 +200,9 @@ impl<T: Scalar, const D: usize> Search<'_, T, D> {
 /// The margin by which no percussions bring every velocity into K*, where that is certain.
 #[cfg(feature = "clarabel")]
 fn wedged<T: Scalar, const D: usize>(problem: &ConeProblem<T, D>) -> Option<f64> {
-    match super::feasibility(problem) {
-        Ok(super::Feasibility::Separated { margin, .. }) => Some(crate::scalar::to_f64(margin)),
+    use super::feasibility::{Feasibility, feasibility};
+    match feasibility(problem) {
+        Ok(Feasibility::Separated { margin, .. }) => Some(crate::scalar::to_f64(margin)),
         _ => None,
     }
 }

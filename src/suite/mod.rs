@@ -14,15 +14,19 @@
 //! - inside the θ-interval it claims, u_{k+θ}·p ≤ 0 at every contact of random problems ([`check_dissipation`]),
 //!   and the balance (56) closes over random systems, many contacts and many steps ([`check_balance`]);
 //! - outside, and everywhere for a law that claims nothing, energy is created ([`find_violation`]).
+//!
+//! [`check_system`] tests what a system says of itself: sizes, gaps and Jacobians, joints, potentials.
 
 mod laws;
 mod strategies;
+mod systems;
 mod violation;
 
 use proptest::test_runner::{Config, FileFailurePersistence, RngAlgorithm, TestRng, TestRunner};
 
 pub use laws::{Draw, check_balance, check_dissipation, check_lasting, check_law, check_law_in, work_bound};
 pub use strategies::{RandomSystem, random_system};
+pub use systems::check_system;
 pub use violation::{Violation, check_claim_is_sharp, find_violation};
 
 /// How many cases a property is tested on, and where the seeds of failures are kept.

@@ -1,26 +1,32 @@
 //! External forces: a constant part, which has a potential, and a part that varies in time.
 
 use std::fmt;
+use std::ops::Range;
+use std::sync::Arc;
 
 use super::Signal;
 use crate::scalar::Scalar;
 
-type Varying<T> = Box<dyn Fn(T, &mut [T]) + Send + Sync>;
+type Varying<T> = Arc<dyn Fn(T, &mut [T]) + Send + Sync>;
 
 /// A signal with the forces that it scales, by degree of freedom.
 pub(super) type Load<T> = (Signal<T>, Vec<(usize, T)>);
 
+/// A part that varies in time, with the degrees of freedom it acts on.
+type Part<T> = (Range<usize>, Varying<T>);
+
 /// F(t) = F₀ + F₁(t), generalised forces (N, N m).
+#[derive(Clone)]
 pub struct Forces<T: Scalar> {
     constant: Vec<T>,
     loads: Vec<Load<T>>,
-    varying: Option<Varying<T>>,
+    varying: Vec<Part<T>>,
 }
 
 impl<T: Scalar> Forces<T> {
     /// A constant force; its potential is −F₀·q.
     pub fn constant(force: Vec<T>) -> Self {
-        Self { constant: force, loads: Vec::new(), varying: None }
+        Self { constant: force, loads: Vec::new(), varying: Vec::new() }
     }
 
     /// Adds the forces `entries`, (degree of freedom, force), times a signal.
@@ -34,8 +40,28 @@ impl<T: Scalar> Forces<T> {
     /// [`load`](Self::with_load), whose signal knows where.
     #[must_use]
     pub fn with_varying(mut self, add: impl Fn(T, &mut [T]) + Send + Sync + 'static) -> Self {
-        self.varying = Some(Box::new(add));
+        let all = 0..self.constant.len();
+        self.varying.push((all, Arc::new(add)));
         self
+    }
+
+    /// The forces on several systems, whose degrees of freedom stand one after another.
+    pub(super) fn joined<'a>(all: impl Iterator<Item = &'a Self>) -> Self
+    where
+        T: 'a,
+    {
+        let mut joined = Self::constant(Vec::new());
+        for Self { constant, loads, varying } in all {
+            let first = joined.constant.len();
+            joined.constant.extend(constant);
+            for (signal, entries) in loads {
+                let entries = entries.iter().map(|&(dof, load)| (first + dof, load)).collect();
+                joined.loads.push((signal.clone(), entries));
+            }
+            let shifted = |dofs: &Range<usize>| first + dofs.start..first + dofs.end;
+            joined.varying.extend(varying.iter().map(|(dofs, add)| (shifted(dofs), add.clone())));
+        }
+        joined
     }
 
     /// F₀.
@@ -45,7 +71,7 @@ impl<T: Scalar> Forces<T> {
 
     /// Whether a part varies in time.
     pub fn varies(&self) -> bool {
-        self.varying.is_some() || !self.loads.is_empty()
+        !self.varying.is_empty() || !self.loads.is_empty()
     }
 
     /// The first time after `time` at which a signal jumps or has a kink.
@@ -71,8 +97,8 @@ impl<T: Scalar> Forces<T> {
             let value = value(signal);
             entries.iter().for_each(|&(dof, load)| force[dof] += value * load);
         }
-        if let Some(add) = &self.varying {
-            add(time, force);
+        for (dofs, add) in &self.varying {
+            add(time, &mut force[dofs.clone()]);
         }
     }
 

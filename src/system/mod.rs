@@ -9,11 +9,12 @@
 //! | [`Joints`] | bilateral rows | systems with joints |
 //! | [`Describe`] | names and meshes | outputs alone |
 //!
-//! What implements the first two and the last is a [`System`].
+//! What implements the first two and the last is a [`System`]; an [`Assembly`] of several is one.
 //!
 //! A configuration q is no velocity: where q has more components than v (quaternions), or another geometry,
 //! [`Dynamics::advance`] says what q ⊕ s is, and it is the one place where q moves.
 
+mod assembly;
 mod elastic;
 mod forces;
 mod gaps;
@@ -26,6 +27,7 @@ mod signal;
 use std::fmt::Debug;
 use std::sync::Arc;
 
+pub use assembly::{Assembly, AssemblyError};
 pub use elastic::{
     Axis, ElasticBody, ElasticBodyBuilder, ElasticError, Geometry, Hypothesis, MassForm, Material,
     PreloadError, Support,

@@ -1,7 +1,7 @@
 //! Degrees of freedom that move as told.
 
-use super::Signal;
-use crate::scalar::Scalar;
+use super::{Signal, SystemError};
+use crate::scalar::{Scalar, all_finite, to_f64};
 
 /// The prescribed degrees of freedom of a system, the last ones: they are eliminated from the equations, and the
 /// work of the reactions that move them is a term of the balance.
@@ -23,9 +23,27 @@ pub struct Prescribed<T> {
 }
 
 impl<T: Scalar> Prescribed<T> {
-    /// Degrees of freedom `first`, `first + 1`, … move by `motions[i].0` times the signal `signals[motions[i].1]`.
-    pub(super) fn new(first: usize, motions: Vec<(T, usize)>, signals: Vec<Signal<T>>) -> Self {
-        Self { first, motions, signals }
+    /// Degrees of freedom `first`, `first + 1`, … move by `motions[i].0` (m or rad) times the signal `signals[motions[i].1]`.
+    ///
+    /// # Errors
+    /// [`SystemError::Unknown`] for a signal that does not exist, [`SystemError::OutOfRange`] for a displacement that is not
+    /// finite.
+    pub fn new(first: usize, motions: Vec<(T, usize)>, signals: Vec<Signal<T>>) -> Result<Self, SystemError> {
+        for &(value, index) in &motions {
+            if index >= signals.len() {
+                return Err(SystemError::Unknown { what: "signal", index, count: signals.len() });
+            }
+            if !all_finite([&value]) {
+                let what = "a prescribed displacement".into();
+                return Err(SystemError::OutOfRange { what, value: to_f64(value), range: "finite" });
+            }
+        }
+        Ok(Self { first, motions, signals })
+    }
+
+    /// The same motions of degrees of freedom that stand `by` further on.
+    pub(super) fn shifted(&self, by: usize) -> Self {
+        Self { first: self.first + by, ..self.clone() }
     }
 
     /// Index of the first prescribed degree of freedom: the number of free ones.

@@ -1,7 +1,5 @@
 //! Kane's double pendulum through many impacts, as a nonlinear Lagrangian system.
 
-use nonsmooth::system::NonlinearLagrangian;
-
 use super::double_pendulum::{RATES, START, pendulum};
 use super::support::{Case, Choice, Outcome, Scheme, drive, scheme};
 

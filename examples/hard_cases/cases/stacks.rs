@@ -1,7 +1,7 @@
 //! Statics by dynamics: top-heavy stacks, the hyperstatic block, the hanging chain.
 
 use nonsmooth::scalar::{Scalar, lit, to_f64};
-use nonsmooth::system::{Body, Describe, RigidBodies, System};
+use nonsmooth::system::{Body, Describe, RigidBodies};
 
 use super::support::{
     Case, Choice, Law, Outcome, Scheme, drive, fastest, law, numbers, scheme, scheme_of, solver,

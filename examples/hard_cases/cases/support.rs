@@ -6,7 +6,7 @@ use nonsmooth::laws::{self, ContactLaw};
 use nonsmooth::scalar::{Scalar, lit, to_f64};
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, ThetaScheme};
 use nonsmooth::solver::{self, ConeSolver, Stopping};
-use nonsmooth::system::{RigidBodies, System};
+use nonsmooth::system::System;
 
 /// A law and a solver by their registered names, and how much to do.
 #[derive(Debug, Clone, Copy)]

@@ -32,10 +32,11 @@ pub(super) struct BodySpace<T: Scalar, const D: usize> {
     buffers: SolveBuffers<T>,
     product: Product<T>,
     scaled: Vec<SVector<T, D>>,
-    /// G and y of every contact, and G times the columns of H of one.
+    /// (A + aC)⁻¹ and G of every contact, and G times the columns of H of one.
+    inverse: Vec<SMatrix<T, D, D>>,
     gain: Vec<SMatrix<T, D, D>>,
-    local: Vec<SVector<T, D>>,
     weighted: Vec<SVector<T, D>>,
+    analysed: bool,
 }
 
 impl<T: Scalar, const D: usize> BodySpace<T, D> {
@@ -54,9 +55,10 @@ impl<T: Scalar, const D: usize> BodySpace<T, D> {
             buffers: SolveBuffers::default(),
             product: Product::default(),
             scaled: Vec::new(),
+            inverse: Vec::new(),
             gain: Vec::new(),
-            local: Vec::new(),
             weighted: Vec::new(),
+            analysed: false,
         }
     }
 
@@ -69,12 +71,11 @@ impl<T: Scalar, const D: usize> BodySpace<T, D> {
         }
         self.scale.clear();
         self.scale.extend_from_slice(scale);
-        if !same {
-            self.analyse(factors);
-        }
+        self.analysed &= same;
     }
 
-    fn analyse(&mut self, factors: &FactoredDelassus<T, D>) {
+    fn analyse(&mut self) {
+        let Some(factors) = &self.factors else { return };
         let (h, mass, nodes) = (&factors.jacobian, &factors.mass, factors.nodes());
         let mut rows: Vec<Vec<usize>> =
             (0..nodes).map(|i| mass.columns[mass.starts[i]..mass.starts[i + 1]].to_vec()).collect();
@@ -109,6 +110,7 @@ impl<T: Scalar, const D: usize> BodySpace<T, D> {
         self.lu.analyse(&self.starts, &self.columns, factors.dofs());
         self.active.clear();
         self.active.resize(nodes, true);
+        self.analysed = true;
     }
 
     /// out = S H M̂⁻¹ Hᵀ S r.
@@ -120,16 +122,14 @@ impl<T: Scalar, const D: usize> BodySpace<T, D> {
         out.iter_mut().zip(&self.scale).for_each(|(out, &s)| *out *= s);
     }
 
-    /// The Newton step `dr`.
+    /// Factors the matrix of `linear`.
     ///
     /// # Errors
     /// The contact whose A + aC, or the block of velocities whose pivots, cannot be inverted.
-    pub(super) fn step(
-        &mut self,
-        linear: &[Linear<T, D>],
-        proximal: T,
-        dr: &mut [SVector<T, D>],
-    ) -> Result<(), usize> {
+    pub(super) fn factor(&mut self, linear: &[Linear<T, D>], proximal: T) -> Result<(), usize> {
+        if !self.analysed {
+            self.analyse();
+        }
         let Some(factors) = &self.factors else { return Ok(()) };
         let (d, h) = (factors.dofs(), &factors.jacobian);
         self.values.clear();
@@ -137,27 +137,24 @@ impl<T: Scalar, const D: usize> BodySpace<T, D> {
         for (&place, block) in self.mass_place.iter().zip(factors.mass.values.chunks_exact(d * d)) {
             self.values[place * d * d..(place + 1) * d * d].copy_from_slice(block);
         }
-        self.rhs.clear();
-        self.rhs.resize(factors.nodes() * d, T::zero());
+        self.inverse.clear();
         self.gain.clear();
-        self.local.clear();
         let mut pairs = self.pair_place.as_slice();
         for (i, x) in linear.iter().enumerate() {
             let touched = h.starts[i + 1] - h.starts[i];
             let (own, rest) = pairs.split_at(touched * touched);
             pairs = rest;
             let s = self.scale[i];
-            let (gain, y) = match x.state {
-                State::Open => (SMatrix::zeros(), x.f),
-                State::Stick => (SMatrix::identity() / proximal, x.f / proximal),
+            let (inverse, gain) = match x.state {
+                State::Open => (SMatrix::identity(), SMatrix::zeros()),
+                State::Stick => (SMatrix::identity() / proximal, SMatrix::identity() / proximal),
                 State::Slide => {
                     let inverse = (x.a + x.c * proximal).try_inverse().ok_or(i)?;
-                    (inverse * x.c, inverse * x.f)
+                    (inverse, inverse * x.c)
                 }
             };
-            h.add_transpose(i, d, &(y * -s), &mut self.rhs);
+            self.inverse.push(inverse);
             self.gain.push(gain);
-            self.local.push(y);
             if x.state == State::Open {
                 continue;
             }
@@ -175,12 +172,29 @@ impl<T: Scalar, const D: usize> BodySpace<T, D> {
                 }
             }
         }
-        self.lu.factor(&self.values, &self.active)?;
-        self.lu.solve(&mut self.rhs, &mut self.buffers);
-        for (i, dr) in dr.iter_mut().enumerate() {
-            let velocity = h.velocity(i, d, &self.rhs) * self.scale[i];
-            *dr = -self.local[i] - self.gain[i] * velocity;
+        self.lu.factor(&self.values, &self.active)
+    }
+
+    /// The Newton step `dr` by the factors of the same derivatives.
+    pub(super) fn step(&mut self, linear: &[Linear<T, D>], dr: &mut [SVector<T, D>]) {
+        dr.iter_mut().zip(linear).for_each(|(dr, x)| *dr = -x.f);
+        self.solve_regularised(dr);
+    }
+
+    /// `x` ← (C W + A + a C)⁻¹ x.
+    pub(super) fn solve_regularised(&mut self, x: &mut [SVector<T, D>]) {
+        let Some(factors) = &self.factors else { return };
+        let (d, h) = (factors.dofs(), &factors.jacobian);
+        self.rhs.clear();
+        self.rhs.resize(factors.nodes() * d, T::zero());
+        for (i, (x, inverse)) in x.iter_mut().zip(&self.inverse).enumerate() {
+            *x = inverse * *x;
+            h.add_transpose(i, d, &(*x * self.scale[i]), &mut self.rhs);
         }
-        Ok(())
+        self.lu.solve(&mut self.rhs, &mut self.buffers);
+        for (i, x) in x.iter_mut().enumerate() {
+            let velocity = h.velocity(i, d, &self.rhs) * self.scale[i];
+            *x -= self.gain[i] * velocity;
+        }
     }
 }

@@ -5,7 +5,7 @@ use nalgebra::{SMatrix, SVector};
 use super::maps::{Linear, State};
 use crate::cone::BlockMatrix;
 use crate::linalg::{Multifrontal, SolveBuffers};
-use crate::scalar::{Scalar, lit};
+use crate::scalar::Scalar;
 
 /// Σ_β C_α W_αβ dr_β + (A_α + a C_α) dr_α = −f_α with the scaled W; open contacts (dr = −r) leave the system.
 #[derive(Debug, Clone)]
@@ -113,52 +113,58 @@ impl<T: Scalar, const D: usize> ContactSpace<T, D> {
         }
     }
 
-    /// The Newton step `dr`.
+    /// Factors the matrix of `linear`.
     ///
     /// # Errors
     /// The contact at which the factorisation found no pivot.
-    pub(super) fn step(
-        &mut self,
-        linear: &[Linear<T, D>],
-        proximal: T,
-        dr: &mut [SVector<T, D>],
-    ) -> Result<(), usize> {
+    pub(super) fn factor(&mut self, linear: &[Linear<T, D>], proximal: T) -> Result<(), usize> {
         if !self.analysed {
             self.lu.analyse(&self.starts, &self.columns, D);
             self.analysed = true;
         }
         self.active.clear();
         self.active.extend(linear.iter().map(|x| x.state != State::Open));
-        for (dr, x) in dr.iter_mut().zip(linear) {
-            *dr = if x.state == State::Open { -x.f } else { SVector::zeros() };
-        }
-        self.values.resize(self.blocks.len() * D * D, lit(0.0));
-        self.rhs.resize(linear.len() * D, lit(0.0));
-        for (i, x) in linear.iter().enumerate() {
-            if x.state == State::Open {
-                continue;
-            }
-            let mut rhs = -x.f;
+        self.values.resize(self.blocks.len() * D * D, T::zero());
+        for (i, x) in linear.iter().enumerate().filter(|(_, x)| x.state != State::Open) {
             for entry in self.starts[i]..self.starts[i + 1] {
                 let j = self.columns[entry];
-                let block = &self.blocks[entry];
                 if !self.active[j] {
-                    rhs -= x.c * (block * dr[j]);
                     continue;
                 }
+                let block = &self.blocks[entry];
                 let mut value = if x.state == State::Stick { *block } else { x.c * block };
                 if i == j {
                     value += x.a + x.c * proximal;
                 }
                 self.values[entry * D * D..(entry + 1) * D * D].copy_from_slice(value.as_slice());
             }
-            self.rhs[i * D..(i + 1) * D].copy_from_slice(rhs.as_slice());
         }
-        self.lu.factor(&self.values, &self.active)?;
+        self.lu.factor(&self.values, &self.active)
+    }
+
+    /// The Newton step `dr` by the factors of the same derivatives.
+    pub(super) fn step(&mut self, linear: &[Linear<T, D>], dr: &mut [SVector<T, D>]) {
+        // The step of an open contact is known, and goes to the right-hand side of the others.
+        for (dr, x) in dr.iter_mut().zip(linear) {
+            *dr = if x.state == State::Open { -x.f } else { SVector::zeros() };
+        }
+        self.rhs.resize(linear.len() * D, T::zero());
+        for (i, x) in linear.iter().enumerate().filter(|(_, x)| x.state != State::Open) {
+            let known = self.row(i).filter(|(j, _)| !self.active[*j]);
+            let known = known.fold(SVector::<T, D>::zeros(), |sum, (j, block)| sum + block * dr[j]);
+            self.rhs[i * D..(i + 1) * D].copy_from_slice((-x.f - x.c * known).as_slice());
+        }
         self.lu.solve(&mut self.rhs, &mut self.buffers);
         for (i, dr) in dr.iter_mut().enumerate().filter(|&(i, _)| self.active[i]) {
             dr.copy_from_slice(&self.rhs[i * D..(i + 1) * D]);
         }
-        Ok(())
+    }
+
+    /// `x` ← K⁻¹ x, no contact being open.
+    pub(super) fn solve_regularised(&mut self, x: &mut [SVector<T, D>]) {
+        self.rhs.clear();
+        x.iter().for_each(|x| self.rhs.extend_from_slice(x.as_slice()));
+        self.lu.solve(&mut self.rhs, &mut self.buffers);
+        x.iter_mut().zip(self.rhs.chunks_exact(D)).for_each(|(x, rhs)| x.copy_from_slice(rhs));
     }
 }

@@ -1,36 +1,51 @@
 //! The inner iteration: semismooth Newton on the proximal subproblem w_a(r) = W r + b + a (r − r_k).
 
-use nalgebra::{ComplexField, SVector};
+use nalgebra::SVector;
 
-use super::Scaled;
-use super::maps::Linear;
-use crate::scalar::{Scalar, from_usize, lit};
+use super::maps::{Formulation, Linear};
+use super::scaled::ScaledProblem;
+use super::watchdog::{Verdict, Watchdog};
+use crate::scalar::{Scalar, lit};
 
-/// Newton steps after which a subproblem is abandoned.
-const MAX_STEPS: usize = 20;
-/// Free full steps without progress before the line search.
-const FREE_STEPS: usize = 6;
-/// Line-search steps before full steps are tried again.
-const GUARDED_STEPS: usize = 2;
+/// Most halvings of a careful step.
 const HALVINGS: usize = 12;
-/// Merits the non-monotone line search compares with.
-const MEMORY: usize = 4;
 
 /// How a subproblem ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::solver) enum Outcome {
+pub(super) enum InnerEnd {
     /// The residual of the outer problem reached the target on the way; the iterate is on the cones.
     Finished,
     /// The subproblem is solved well enough.
     Solved,
+    /// It made too little progress, or its matrix had no pivot.
     Abandoned,
+    /// The caller's clock has run out.
+    Interrupted,
 }
+
+/// A subproblem centred at the current iterate, and how far it is taken.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Subproblem<T> {
+    pub(super) formulation: Formulation,
+    /// a of the equation.
+    pub(super) proximal: T,
+    /// a of the matrix: that of the equation, or next to nothing where that is 0, so that redundant contacts, which leave
+    /// W singular, still have a step.
+    pub(super) regular: T,
+    /// It is solved where ‖f‖ has fallen to this part of its start.
+    pub(super) reduction: T,
+    /// Most Newton steps.
+    pub(super) steps: usize,
+}
+
+/// Part of ‖f‖ at which a subproblem that ended without its reduction still counts as solved.
+const ENOUGH: f64 = 0.03;
 
 /// The iterate, the proximal centre and the buffers of the inner iteration, all scaled.
 #[derive(Debug, Clone)]
-pub(in crate::solver) struct Inner<T: Scalar, const D: usize> {
-    pub(in crate::solver) r: Vec<SVector<T, D>>,
-    pub(in crate::solver) w: Vec<SVector<T, D>>,
+pub(super) struct Inner<T: Scalar, const D: usize> {
+    pub(super) r: Vec<SVector<T, D>>,
+    pub(super) w: Vec<SVector<T, D>>,
     centre: Vec<SVector<T, D>>,
     reference: Vec<SVector<T, D>>,
     dr: Vec<SVector<T, D>>,
@@ -41,22 +56,13 @@ pub(in crate::solver) struct Inner<T: Scalar, const D: usize> {
 }
 
 impl<T: Scalar, const D: usize> Inner<T, D> {
-    pub(in crate::solver) fn new() -> Self {
-        Self {
-            r: Vec::new(),
-            w: Vec::new(),
-            centre: Vec::new(),
-            reference: Vec::new(),
-            dr: Vec::new(),
-            dw: Vec::new(),
-            trial: Vec::new(),
-            trial_w: Vec::new(),
-            linear: Vec::new(),
-        }
+    pub(super) fn new() -> Self {
+        let [r, w, centre, reference, dr, dw, trial, trial_w] = std::array::from_fn(|_| Vec::new());
+        Self { r, w, centre, reference, dr, dw, trial, trial_w, linear: Vec::new() }
     }
 
     /// Starts from the percussions `r`.
-    pub(in crate::solver) fn start(&mut self, problem: &mut Scaled<T, D>, r: &[SVector<T, D>]) {
+    pub(super) fn start(&mut self, problem: &mut ScaledProblem<T, D>, r: &[SVector<T, D>]) {
         problem.enter(r, &mut self.r);
         let buffers = [
             &mut self.w,
@@ -71,116 +77,106 @@ impl<T: Scalar, const D: usize> Inner<T, D> {
         problem.velocity(&self.r, &mut self.w);
     }
 
-    /// Starts number `attempt` from elsewhere: percussions of the size of `best`'s, spread over the cones by the golden
-    /// ratio, so that every attempt tries other statuses.
-    pub(in crate::solver) fn restart(
-        &mut self,
-        problem: &mut Scaled<T, D>,
-        best: &[SVector<T, D>],
-        attempt: usize,
-    ) {
-        let square = best.iter().fold(T::zero(), |sum, r| sum + r.norm_squared());
-        let reach = [1.0, 10.0, 0.1, 100.0][attempt % 4];
-        let size = (ComplexField::sqrt(square / from_usize::<T>(best.len())) + T::one()) * lit::<T>(reach);
-        spread(&mut self.r, problem.friction(), size, attempt);
+    /// Moves to `r`.
+    pub(super) fn move_to(&mut self, problem: &mut ScaledProblem<T, D>, r: &[SVector<T, D>]) {
+        self.r.copy_from_slice(r);
+        self.update(problem);
+    }
+
+    /// The velocities of percussions that were written to `self.r`.
+    pub(super) fn update(&mut self, problem: &mut ScaledProblem<T, D>) {
         problem.velocity(&self.r, &mut self.w);
     }
 
-    /// Solves the subproblem centred at the current iterate with parameter `a`; returns how it ended and the Newton
-    /// steps taken. `self.r` is left where the iteration ended, even if worse: what the failure saw is worth keeping.
-    ///
-    /// Globalisation: up to six free full steps (counted anew where the merit falls below 0.9 of the reference), else
-    /// back to the reference and two non-monotone Armijo steps. Solved at 1e-3 of the start, or at 3 % when the
-    /// iteration ends.
-    pub(in crate::solver) fn solve(
+    /// The scaled residual of the problem as given.
+    pub(super) fn residual(&self, problem: &ScaledProblem<T, D>) -> T {
+        problem.residual(&self.r, &self.w)
+    }
+
+    /// Solves the subproblem centred at the current iterate, telling `observe` of every Newton step (their number, the
+    /// residual of the outer problem) until it answers false; returns how it ended and the Newton steps taken. `self.r` is
+    /// left where the iteration ended, even if worse: what the failure saw is worth keeping.
+    pub(super) fn solve(
         &mut self,
-        problem: &mut Scaled<T, D>,
-        a: T,
+        problem: &mut ScaledProblem<T, D>,
+        subproblem: &Subproblem<T>,
         target: T,
-    ) -> (Outcome, usize) {
+        observe: &mut dyn FnMut(usize, T) -> bool,
+    ) -> (InnerEnd, usize) {
+        let Subproblem { formulation, proximal: a, regular, reduction, steps: most } = *subproblem;
         self.centre.copy_from_slice(&self.r);
-        let start = problem.merit(&self.r, &self.w, a, &self.centre);
-        let mut merit = start;
         self.reference.copy_from_slice(&self.r);
-        let mut reference_merit = start;
-        let mut recent = [start; MEMORY];
-        let (mut free, mut guarded, mut short, mut steps) = (0, 0, 0, 0);
-        while merit > start * lit::<T>(1e-3) && steps < MAX_STEPS {
-            problem.linearise(&self.r, &self.w, a, &self.centre, &mut self.linear);
-            let factored = problem.step(&self.linear, a, &mut self.dr).is_ok();
+        let start = problem.merit(formulation, (&self.r, &self.w), (a, &self.centre));
+        let mut merit = start;
+        let mut watchdog = Watchdog::new(start);
+        let mut steps = 0;
+        while merit > start * reduction && steps < most {
+            problem.linearise(formulation, (&self.r, &self.w), (a, &self.centre), &mut self.linear);
             steps += 1;
-            if !factored {
+            if problem.factor(&self.linear, regular).is_err() {
                 break;
             }
-            if guarded == 0 {
+            problem.step(&self.linear, &mut self.dr);
+            let verdict = if watchdog.trusts() {
                 self.r.iter_mut().zip(&self.dr).for_each(|(r, dr)| *r += dr);
                 problem.velocity(&self.r, &mut self.w);
-                merit = problem.merit(&self.r, &self.w, a, &self.centre);
-                if merit < lit::<T>(0.9) * reference_merit {
-                    self.reference.copy_from_slice(&self.r);
-                    (reference_merit, free) = (merit, 0);
-                } else {
-                    free += 1;
-                    if free == FREE_STEPS || !(merit < T::infinity_impl()) {
-                        self.return_to_reference(problem);
-                        (merit, free, guarded) = (reference_merit, 0, GUARDED_STEPS);
-                        recent = [merit; MEMORY];
-                    }
-                }
+                merit = problem.merit(formulation, (&self.r, &self.w), (a, &self.centre));
+                watchdog.stepped(merit)
             } else {
-                let length = self.search(problem, a, recent);
-                merit = problem.merit(&self.r, &self.w, a, &self.centre);
-                recent.rotate_left(1);
-                recent[MEMORY - 1] = merit;
-                short += usize::from(length < lit::<T>(0.1));
-                guarded -= 1;
-                if guarded == 0 {
-                    self.reference.copy_from_slice(&self.r);
-                    reference_merit = merit;
+                let length = self.search(problem, formulation, a, &watchdog);
+                merit = problem.merit(formulation, (&self.r, &self.w), (a, &self.centre));
+                watchdog.searched(length, merit)
+            };
+            match verdict {
+                Verdict::Keep => {}
+                Verdict::Promote => self.reference.copy_from_slice(&self.r),
+                Verdict::Return => {
+                    self.return_to_reference(problem);
+                    merit = watchdog.reference();
                 }
-                if short == 3 {
-                    break;
-                }
+                Verdict::Stagnant => break,
             }
-            if problem.residual(&self.r, &self.w) <= target && self.finish(problem, target) {
-                return (Outcome::Finished, steps);
+            let residual = self.residual(problem);
+            if residual <= target && self.finish(problem, target) {
+                return (InnerEnd::Finished, steps);
+            }
+            if !observe(steps, residual) {
+                return (InnerEnd::Interrupted, steps);
             }
         }
         if !(merit < T::infinity_impl()) {
             self.return_to_reference(problem);
         }
-        let solved = merit <= start * lit::<T>(0.03);
-        (if solved { Outcome::Solved } else { Outcome::Abandoned }, steps)
+        let solved = merit <= start * lit::<T>(ENOUGH);
+        (if solved { InnerEnd::Solved } else { InnerEnd::Abandoned }, steps)
     }
 
     /// Moves to the projection of the iterate on the cones if that meets the target too: W may magnify the little the
     /// projection changes.
-    fn finish(&mut self, problem: &mut Scaled<T, D>, target: T) -> bool {
+    fn finish(&mut self, problem: &mut ScaledProblem<T, D>, target: T) -> bool {
         problem.project(&self.r, &mut self.trial);
         problem.velocity(&self.trial, &mut self.trial_w);
         let finished = problem.residual(&self.trial, &self.trial_w) <= target;
         if finished {
-            std::mem::swap(&mut self.r, &mut self.trial);
-            std::mem::swap(&mut self.w, &mut self.trial_w);
+            self.accept_trial();
         }
         finished
     }
 
-    /// Moves to `r`.
-    pub(in crate::solver) fn return_to(&mut self, problem: &mut Scaled<T, D>, r: &[SVector<T, D>]) {
-        self.r.copy_from_slice(r);
-        problem.velocity(&self.r, &mut self.w);
-    }
-
-    fn return_to_reference(&mut self, problem: &mut Scaled<T, D>) {
+    fn return_to_reference(&mut self, problem: &mut ScaledProblem<T, D>) {
         self.r.copy_from_slice(&self.reference);
-        problem.velocity(&self.r, &mut self.w);
+        self.update(problem);
     }
 
-    /// The longest of the steps 1, ½, ¼… that passes Armijo's test against the largest recent merit, or the shortest
-    /// tried; moves there and returns its length.
-    fn search(&mut self, problem: &mut Scaled<T, D>, a: T, recent: [T; MEMORY]) -> T {
-        let bound = recent.into_iter().fold(T::zero(), |x, y| x.max(y));
+    /// The longest of the steps 1, ½, ¼… that passes the watchdog's test, or the shortest tried; moves there and returns
+    /// its length.
+    fn search(
+        &mut self,
+        problem: &mut ScaledProblem<T, D>,
+        formulation: Formulation,
+        a: T,
+        watchdog: &Watchdog<T>,
+    ) -> T {
         problem.apply(&self.dr, &mut self.dw);
         let mut length = T::one();
         for halving in 0..=HALVINGS {
@@ -188,38 +184,20 @@ impl<T: Scalar, const D: usize> Inner<T, D> {
                 self.trial[i] = self.r[i] + self.dr[i] * length;
                 self.trial_w[i] = self.w[i] + self.dw[i] * length;
             }
-            let merit = problem.merit(&self.trial, &self.trial_w, a, &self.centre);
-            if merit <= bound * (T::one() - lit::<T>(1e-4) * length) || halving == HALVINGS {
+            let merit = problem.merit(formulation, (&self.trial, &self.trial_w), (a, &self.centre));
+            if watchdog.accepts(merit, length) || halving == HALVINGS {
                 break;
             }
             length *= lit::<T>(0.5);
         }
-        if length * T::zero() == T::zero() && self.trial.iter().all(|x| crate::scalar::all_finite(x.iter())) {
-            std::mem::swap(&mut self.r, &mut self.trial);
-            std::mem::swap(&mut self.w, &mut self.trial_w);
+        if self.trial.iter().all(|x| crate::scalar::all_finite(x.iter())) {
+            self.accept_trial();
         }
         length
     }
-}
 
-/// The fractional part of the golden ratio.
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
-
-/// Percussions of about `size` spread over the cones by the quadratic Weyl sequence 2 frac(φ n²) in [0, 2), elsewhere for
-/// every `attempt`.
-pub(in crate::solver) fn spread<T: Scalar, const D: usize>(
-    r: &mut [SVector<T, D>],
-    friction: &[T],
-    size: T,
-    attempt: usize,
-) {
-    let mut n = (attempt * D * r.len()) as f64;
-    let mut next = || {
-        n += 1.0;
-        2.0 * (GOLDEN * n * n).fract()
-    };
-    for (r, &mu) in r.iter_mut().zip(friction) {
-        r[0] = size * lit::<T>(next());
-        (1..D).for_each(|d| r[d] = mu * r[0] * lit::<T>(2.0 * next() - 2.0));
+    fn accept_trial(&mut self) {
+        std::mem::swap(&mut self.r, &mut self.trial);
+        std::mem::swap(&mut self.w, &mut self.trial_w);
     }
 }

@@ -1,19 +1,22 @@
-//! The maps of one contact whose zeros are the solutions, and their derivatives, ρ = 1.
+//! The cone inclusion as a nonsmooth equation per contact, with an element of its generalised Jacobian.
 
 use nalgebra::{SMatrix, SVector};
 
 use crate::cone::{de_saxce, project};
 use crate::scalar::Scalar;
 
-/// The equation a semismooth Newton solves.
+/// The nonsmooth equation f(r, w) = 0 of a contact that is equivalent to the cone problem, both with step length ρ = 1 on
+/// the scaled problem.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(in crate::solver) enum Map {
-    /// Alart–Curnier (doi:10.1016/0045-7825(91)90022-X), default: f_N = r_N − max(0, r_N − w_N), f_T = r_T − the projection of r_T − w_T
-    /// on the disc of radius μ max(0, r_N − w_N).
+#[non_exhaustive]
+pub enum Formulation {
+    /// z = r − w, R = μ max(z_N, 0): f_N = r_N − max(z_N, 0), f_T = r_T − proj_{B(0,R)}(z_T) (default).
+    /// Alart & Curnier (1991), doi:10.1016/0045-7825(91)90022-X.
     #[default]
     AlartCurnier,
-    /// Natural map: f = r − proj_K(r − Φ(w)).
-    Natural,
+    /// f = r − proj_K(r − Φ(w)), the residual itself. Acary, Brémond & Huber (2018),
+    /// doi:10.1007/978-3-319-75972-2_10.
+    NaturalMap,
 }
 
 /// State of a contact at a point of the map.
@@ -36,6 +39,13 @@ pub(super) struct Linear<T: Scalar, const D: usize> {
     pub(super) c: SMatrix<T, D, D>,
 }
 
+impl<T: Scalar, const D: usize> Linear<T, D> {
+    /// f with A = 0 and C = I.
+    pub(super) fn sticking(f: SVector<T, D>) -> Self {
+        Self { state: State::Stick, f, a: SMatrix::zeros(), c: SMatrix::identity() }
+    }
+}
+
 /// τ and the norm of z_T; τ = 0 where the norm is.
 fn direction<T: Scalar, const D: usize>(z: &SVector<T, D>) -> (SVector<T, D>, T) {
     let mut tangent = *z;
@@ -54,7 +64,7 @@ fn alart_curnier<T: Scalar, const D: usize>(r: &SVector<T, D>, w: &SVector<T, D>
     }
     let (tau, norm) = direction(&z);
     let radius = mu * z[0];
-    if D == 1 || norm <= radius {
+    if D == 1 || (mu > T::zero() && norm <= radius) {
         return *w;
     }
     let mut f = r - tau * radius;
@@ -76,12 +86,12 @@ fn linearise_alart_curnier<T: Scalar, const D: usize>(
     }
     let (tau, norm) = direction(&z);
     let radius = mu * z[0];
-    if D == 1 || norm <= radius {
-        return Linear { state: State::Stick, f: *w, a: SMatrix::zeros(), c: identity };
+    if D == 1 || (mu > T::zero() && norm <= radius) {
+        return Linear::sticking(*w);
     }
     let mut f = r - tau * radius;
     f[0] = w[0];
-    let mut p = (identity - tau * tau.transpose()) * (radius / norm);
+    let mut p = (identity - tau * tau.transpose()) * ratio(radius, norm);
     // Rows and columns of N: P has none.
     p.row_mut(0).fill(T::zero());
     p.column_mut(0).fill(T::zero());
@@ -108,7 +118,7 @@ fn linearise_natural<T: Scalar, const D: usize>(r: &SVector<T, D>, w: &SVector<T
     let mut phi = identity;
     (1..D).for_each(|j| phi[(0, j)] = mu * tau_w[j]);
     let (tau, norm) = direction(&y);
-    if D == 1 || norm <= mu * y[0] {
+    if D == 1 || (mu > T::zero() && norm <= mu * y[0]) {
         return Linear { state: State::Slide, f, a: SMatrix::zeros(), c: phi };
     }
     // p_N = (y_N + μ‖y_T‖)/(1 + μ²), p_T = μ p_N τ.
@@ -117,16 +127,21 @@ fn linearise_natural<T: Scalar, const D: usize>(r: &SVector<T, D>, w: &SVector<T
     let mut across = identity - tau * tau.transpose();
     across.row_mut(0).fill(T::zero());
     across.column_mut(0).fill(T::zero());
-    let slope = along * along.transpose() / (T::one() + mu * mu) + across * (mu * p[0] / norm);
+    let slope = along * along.transpose() / (T::one() + mu * mu) + across * ratio(mu * p[0], norm);
     Linear { state: State::Slide, f, a: identity - slope, c: slope * phi }
 }
 
-impl Map {
-    /// The map that is not this one.
+/// x/y of sizes, 0 where y is.
+fn ratio<T: Scalar>(x: T, y: T) -> T {
+    if y > T::zero() { x / y } else { T::zero() }
+}
+
+impl Formulation {
+    /// The equation that is not this one.
     pub(in crate::solver) fn other(self) -> Self {
         match self {
-            Self::AlartCurnier => Self::Natural,
-            Self::Natural => Self::AlartCurnier,
+            Self::AlartCurnier => Self::NaturalMap,
+            Self::NaturalMap => Self::AlartCurnier,
         }
     }
 
@@ -140,7 +155,7 @@ impl Map {
     ) -> SVector<T, D> {
         match self {
             Self::AlartCurnier => alart_curnier(r, w, mu),
-            Self::Natural => r - project(&(r - de_saxce(w, mu)), mu),
+            Self::NaturalMap => r - project(&(r - de_saxce(w, mu)), mu),
         }
     }
 
@@ -154,7 +169,83 @@ impl Map {
     ) -> Linear<T, D> {
         match self {
             Self::AlartCurnier => linearise_alart_curnier(r, w, mu),
-            Self::Natural => linearise_natural(r, w, mu),
+            Self::NaturalMap => linearise_natural(r, w, mu),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cone::{project, tangential_norm};
+    use proptest::prelude::*;
+
+    /// The derivative against central differences, where the two sides of the point agree (away from the kinks).
+    fn check<const D: usize>(formulation: Formulation, entries: &[f64], friction: f64) {
+        let r = SVector::<f64, D>::from_column_slice(&entries[..D]);
+        let w = SVector::<f64, D>::from_column_slice(&entries[D..2 * D]);
+        let linear = formulation.linearise(&r, &w, friction);
+        assert_eq!(linear.f, formulation.value(&r, &w, friction));
+        let step = 1e-6;
+        for d in 0..D {
+            let e = SVector::<f64, D>::from_fn(|i, _| if i == d { step } else { 0.0 });
+            for (column, at) in [
+                (linear.a.column(d), [(r + e, w), (r - e, w)]),
+                (linear.c.column(d), [(r, w + e), (r, w - e)]),
+            ] {
+                let [up, down] = at.map(|(r, w)| formulation.linearise(&r, &w, friction));
+                // A kink between the two sides changes the derivative by more than the curvature, 1/‖w_T‖ or
+                // 1/‖z_T‖ ≤ 1e2 here, can over the step.
+                if (up.c - down.c).norm() > 1e3 * step * (1.0 + friction) {
+                    continue;
+                }
+                let difference = (up.f - down.f) / (2.0 * step);
+                // Round-off ε‖r‖/step and curvature² step².
+                assert!(
+                    (difference - column).norm() <= 1e-7 * (1.0 + friction),
+                    "{formulation:?} {difference} {column}"
+                );
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn derivatives_are_those_of_the_value(
+            entries in proptest::collection::vec(-2.0..2.0f64, 6),
+            friction in prop_oneof![Just(0.0), 0.05..3.0f64],
+        ) {
+            for formulation in [Formulation::AlartCurnier, Formulation::NaturalMap] {
+                check::<1>(formulation, &entries, friction);
+                check::<2>(formulation, &entries, friction);
+                check::<3>(formulation, &entries, friction);
+            }
+        }
+
+        /// Without friction r_T = 0 is where the map is used, and no place to stick.
+        #[test]
+        fn derivatives_are_those_of_the_value_where_nothing_slides(normal in -2.0..2.0f64, w in -2.0..2.0f64) {
+            for formulation in [Formulation::AlartCurnier, Formulation::NaturalMap] {
+                check::<2>(formulation, &[normal, 0.0, w, 0.0], 0.0);
+                check::<3>(formulation, &[normal, 0.0, 0.0, w, 0.0, 0.0], 0.0);
+            }
+        }
+
+        /// r ∈ K, Φ(w) = (r' − r)-like pairs: with y = r − Φ(w), r = proj_K(y) solves, and both maps vanish there.
+        #[test]
+        fn both_maps_vanish_on_solutions(
+            entries in proptest::collection::vec(-2.0..2.0f64, 3),
+            friction in 0.05..3.0f64,
+        ) {
+            let y = SVector::<f64, 3>::from_column_slice(&entries);
+            let r = project(&y, friction);
+            // u = r − y ∈ K*, u ⟂ r; w = u − μ‖u_T‖ e_N has Φ(w) = u.
+            let mut w = r - y;
+            w[0] -= friction * tangential_norm(&w);
+            for formulation in [Formulation::AlartCurnier, Formulation::NaturalMap] {
+                // Both are a few operations on numbers of size 10.
+                prop_assert!(formulation.value(&r, &w, friction).norm() <= 1e-13 * (1.0 + friction * friction));
+            }
         }
     }
 }

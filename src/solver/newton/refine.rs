@@ -2,8 +2,8 @@
 
 use nalgebra::SVector;
 
-use super::Scaled;
-use super::maps::Linear;
+use super::maps::{Formulation, Linear};
+use super::scaled::ScaledProblem;
 use crate::cone::{ConeProblem, project};
 use crate::scalar::{Scalar, epsilon, lit};
 
@@ -19,7 +19,7 @@ const NEXT_TO_NOTHING: f64 = 1.0;
 /// Iterative refinement of a solution that rounding of W r + b keeps from its tolerance: the Newton step of the
 /// statuses found, from velocities of [`ConeProblem::precise_velocities`], added to percussions in the problem's units.
 #[derive(Debug, Clone)]
-pub(in crate::solver) struct Refinement<T: Scalar, const D: usize> {
+pub(super) struct Refinement<T: Scalar, const D: usize> {
     w: Vec<SVector<T, D>>,
     scaled_r: Vec<SVector<T, D>>,
     scaled_w: Vec<SVector<T, D>>,
@@ -29,7 +29,7 @@ pub(in crate::solver) struct Refinement<T: Scalar, const D: usize> {
 }
 
 impl<T: Scalar, const D: usize> Refinement<T, D> {
-    pub(in crate::solver) fn new() -> Self {
+    pub(super) fn new() -> Self {
         let [w, scaled_r, scaled_w, step, best] = std::array::from_fn(|_| Vec::new());
         Self { w, scaled_r, scaled_w, step, linear: Vec::new(), best }
     }
@@ -39,9 +39,10 @@ impl<T: Scalar, const D: usize> Refinement<T, D> {
     ///
     /// Within the floor of the residual the last iterate is the best: what its residual shows is the rounding of large
     /// percussions on light bodies, under which the velocities of heavy ones still come right.
-    pub(in crate::solver) fn run(
+    pub(super) fn run(
         &mut self,
-        scaled: &mut Scaled<T, D>,
+        scaled: &mut ScaledProblem<T, D>,
+        formulation: Formulation,
         problem: &ConeProblem<T, D>,
         r: &mut [SVector<T, D>],
         (target, floor): (T, T),
@@ -75,10 +76,11 @@ impl<T: Scalar, const D: usize> Refinement<T, D> {
             scaled.enter_velocities(w, scaled_w);
             step.clear();
             step.resize(r.len(), SVector::zeros());
-            scaled.linearise(scaled_r, scaled_w, T::zero(), scaled_r, linear);
-            if scaled.step(linear, lit::<T>(regular) * epsilon::<T>(), step).is_err() {
+            scaled.linearise(formulation, (scaled_r, scaled_w), (T::zero(), scaled_r), linear);
+            if scaled.factor(linear, lit::<T>(regular) * epsilon::<T>()).is_err() {
                 break;
             }
+            scaled.step(linear, step);
             steps += 1;
             for ((i, r), step) in r.iter_mut().enumerate().zip(step.iter()) {
                 *r = project(&(*r + step * scaled.unit(i)), problem.friction()[i]);

@@ -1,26 +1,21 @@
-//! The problem in its own units: r = β S r′, W′ = S W S, b′ = S b/β.
+//! The scaled problem as the Newton methods use it: velocities, residual, equation and Newton system.
 
 use nalgebra::{ComplexField, SVector};
 
 use super::body_space::BodySpace;
 use super::contact_space::ContactSpace;
-use super::maps::{Linear, Map};
-use crate::cone::{ConeProblem, de_saxce, largest_eigenvalue, project};
-use crate::scalar::{Scalar, from_usize};
+use super::maps::{Formulation, Linear};
+use super::scaling::Scaling;
+use crate::cone::{ConeProblem, de_saxce, project};
+use crate::scalar::Scalar;
 
-/// The scaled problem, s_α = λ_max(sym W_αα)^(−1/2), β = ‖S b‖/√m: cones, symmetry and De Saxcé's term survive, every
-/// ρ becomes 1. W is not symmetrised.
+/// The problem in the units of [`Scaling`], with W as the problem holds it: formed, or as H and M̂.
 #[derive(Debug, Clone)]
-pub(in crate::solver) struct Scaled<T: Scalar, const D: usize> {
-    scale: Vec<T>,
-    beta: T,
+pub(in crate::solver) struct ScaledProblem<T: Scalar, const D: usize> {
+    scaling: Scaling<T>,
     b: Vec<SVector<T, D>>,
-    b_norm: T,
     friction: Vec<T>,
     system: System<T, D>,
-    pub(in crate::solver) map: Map,
-    /// Newton systems factored since the last preparation.
-    pub(in crate::solver) factored: usize,
 }
 
 /// Where the Newton systems are solved: over the contacts with W formed, over the bodies with H and M̂.
@@ -30,85 +25,75 @@ enum System<T: Scalar, const D: usize> {
     Body(Box<BodySpace<T, D>>),
 }
 
-impl<T: Scalar, const D: usize> Scaled<T, D> {
+impl<T: Scalar, const D: usize> ScaledProblem<T, D> {
     pub(in crate::solver) fn new() -> Self {
         Self {
-            scale: Vec::new(),
-            beta: T::one(),
+            scaling: Scaling::new(),
             b: Vec::new(),
-            b_norm: T::one(),
             friction: Vec::new(),
             system: System::Contact(Box::new(ContactSpace::new())),
-            map: Map::default(),
-            factored: 0,
         }
     }
 
+    /// Takes over a checked problem, keeping the memory and the orderings of the last one.
     pub(in crate::solver) fn prepare(&mut self, problem: &ConeProblem<T, D>) {
-        let m = problem.contacts();
-        self.scale.clear();
-        self.scale
-            .extend((0..m).map(|i| T::one() / ComplexField::sqrt(largest_eigenvalue(problem.diagonal(i)))));
-        let square =
-            problem.b().iter().zip(&self.scale).fold(T::zero(), |sum, (b, &s)| sum + (b * s).norm_squared());
-        self.beta = ComplexField::sqrt(square / from_usize::<T>(m));
-        self.b_norm = problem.b_norm();
-        self.b.clear();
-        self.b.extend(problem.b().iter().zip(&self.scale).map(|(b, &s)| b * (s / self.beta)));
+        self.scaling.prepare(problem);
+        self.scaling.enter_velocities(problem.b(), &mut self.b);
         self.friction.clear();
         self.friction.extend_from_slice(problem.friction());
+        let scale = self.scaling.scale();
         match (&mut self.system, problem.factors()) {
-            (System::Contact(system), None) => system.prepare(problem.delassus(), &self.scale),
-            (System::Body(system), Some(factors)) => system.prepare(factors, &self.scale),
+            (System::Contact(system), None) => system.prepare(problem.delassus(), scale),
+            (System::Body(system), Some(factors)) => system.prepare(factors, scale),
             (system, None) => {
                 let mut contact = ContactSpace::new();
-                contact.prepare(problem.delassus(), &self.scale);
+                contact.prepare(problem.delassus(), scale);
                 *system = System::Contact(Box::new(contact));
             }
             (system, Some(factors)) => {
                 let mut body = BodySpace::new();
-                body.prepare(factors, &self.scale);
+                body.prepare(factors, scale);
                 *system = System::Body(Box::new(body));
             }
         }
-        self.factored = 0;
     }
 
     pub(in crate::solver) fn contacts(&self) -> usize {
         self.b.len()
     }
 
-    pub(super) fn friction(&self) -> &[T] {
+    pub(in crate::solver) fn friction(&self) -> &[T] {
         &self.friction
     }
 
+    pub(in crate::solver) fn b(&self) -> &[SVector<T, D>] {
+        &self.b
+    }
+
     /// r′ of r, on the cones.
-    pub(in crate::solver) fn enter(&self, r: &[SVector<T, D>], scaled: &mut Vec<SVector<T, D>>) {
-        scaled.clear();
-        let units = self.scale.iter().zip(&self.friction);
-        scaled.extend(r.iter().zip(units).map(|(r, (&s, &mu))| project(&(r / (self.beta * s)), mu)));
+    pub(in crate::solver) fn enter(&self, r: &[SVector<T, D>], x: &mut Vec<SVector<T, D>>) {
+        self.scaling.enter(r, x);
+        self.project_in_place(x);
     }
 
     /// r of r′, on the cones.
-    pub(in crate::solver) fn leave(&self, scaled: &[SVector<T, D>], r: &mut [SVector<T, D>]) {
-        for (((r, x), &s), &mu) in r.iter_mut().zip(scaled).zip(&self.scale).zip(&self.friction) {
-            *r = project(x, mu) * (self.beta * s);
-        }
+    pub(in crate::solver) fn leave(&self, x: &[SVector<T, D>], r: &mut [SVector<T, D>]) {
+        self.project(x, r);
+        r.iter_mut().enumerate().for_each(|(i, r)| *r *= self.scaling.unit(i));
     }
 
     /// N s of a scaled percussion 1 of contact `contact`.
     pub(super) fn unit(&self, contact: usize) -> T {
-        self.beta * self.scale[contact]
+        self.scaling.unit(contact)
     }
 
-    /// w′ = S w/β of w.
-    pub(super) fn enter_velocities(&self, w: &[SVector<T, D>], scaled: &mut Vec<SVector<T, D>>) {
-        scaled.clear();
-        scaled.extend(w.iter().zip(&self.scale).map(|(w, &s)| w * (s / self.beta)));
+    /// w′ of w.
+    pub(super) fn enter_velocities(&self, w: &[SVector<T, D>], x: &mut Vec<SVector<T, D>>) {
+        self.scaling.enter_velocities(w, x);
     }
 
     /// `onto` ← the projection of r on the cones.
-    pub(super) fn project(&self, r: &[SVector<T, D>], onto: &mut [SVector<T, D>]) {
+    pub(in crate::solver) fn project(&self, r: &[SVector<T, D>], onto: &mut [SVector<T, D>]) {
         onto.iter_mut().zip(r).zip(&self.friction).for_each(|((onto, r), &mu)| *onto = project(r, mu));
     }
 
@@ -126,37 +111,35 @@ impl<T: Scalar, const D: usize> Scaled<T, D> {
         }
     }
 
-    /// The scaled residual of the problem at (r, w).
+    /// `x` ← its projection on the cones.
+    pub(in crate::solver) fn project_in_place(&self, x: &mut [SVector<T, D>]) {
+        x.iter_mut().zip(&self.friction).for_each(|(x, &mu)| *x = project(x, mu));
+    }
+
+    /// F(r) = Φ(W r + b).
+    pub(in crate::solver) fn force(&mut self, r: &[SVector<T, D>], force: &mut [SVector<T, D>]) {
+        self.velocity(r, force);
+        force.iter_mut().zip(&self.friction).for_each(|(w, &mu)| *w = de_saxce(w, mu));
+    }
+
+    /// The scaled residual of the problem as given at (r, w).
     pub(in crate::solver) fn residual(&self, r: &[SVector<T, D>], w: &[SVector<T, D>]) -> T {
-        let mut sum = T::zero();
-        for (((r, w), &mu), &s) in r.iter().zip(w).zip(&self.friction).zip(&self.scale) {
-            sum += ((r - project(&(r - de_saxce(w, mu)), mu)) / s).norm_squared();
-        }
-        ComplexField::sqrt(sum) * self.beta / self.b_norm
+        let contacts = r.iter().zip(w).zip(&self.friction);
+        self.scaling.residual(contacts.map(|((r, w), &mu)| r - project(&(r - de_saxce(w, mu)), mu)))
     }
 
-    /// ‖f‖ of the map at r with w + a (r − centre).
-    pub(super) fn merit(
-        &self,
-        r: &[SVector<T, D>],
-        w: &[SVector<T, D>],
-        a: T,
-        centre: &[SVector<T, D>],
-    ) -> T {
-        let mut sum = T::zero();
-        for (((r, w), centre), &mu) in r.iter().zip(w).zip(centre).zip(&self.friction) {
-            sum += self.map.value(r, &(w + (r - centre) * a), mu).norm_squared();
-        }
-        ComplexField::sqrt(sum)
+    /// The same with F = Φ(w) at hand.
+    pub(in crate::solver) fn residual_of_force(&self, r: &[SVector<T, D>], force: &[SVector<T, D>]) -> T {
+        let contacts = r.iter().zip(force).zip(&self.friction);
+        self.scaling.residual(contacts.map(|((r, f), &mu)| r - project(&(r - f), mu)))
     }
 
-    /// Derivatives at the same point.
+    /// f and its derivatives at r with w + a (r − centre).
     pub(super) fn linearise(
         &self,
-        r: &[SVector<T, D>],
-        w: &[SVector<T, D>],
-        a: T,
-        centre: &[SVector<T, D>],
+        formulation: Formulation,
+        (r, w): (&[SVector<T, D>], &[SVector<T, D>]),
+        (a, centre): (T, &[SVector<T, D>]),
         linear: &mut Vec<Linear<T, D>>,
     ) {
         linear.clear();
@@ -165,24 +148,57 @@ impl<T: Scalar, const D: usize> Scaled<T, D> {
                 .zip(w)
                 .zip(centre)
                 .zip(&self.friction)
-                .map(|(((r, w), centre), &mu)| self.map.linearise(r, &(w + (r - centre) * a), mu)),
+                .map(|(((r, w), centre), &mu)| formulation.linearise(r, &(w + (r - centre) * a), mu)),
         );
     }
 
-    /// The Newton step.
+    /// ‖f‖ at the same point.
+    pub(super) fn merit(
+        &self,
+        formulation: Formulation,
+        (r, w): (&[SVector<T, D>], &[SVector<T, D>]),
+        (a, centre): (T, &[SVector<T, D>]),
+    ) -> T {
+        let mut sum = T::zero();
+        for (((r, w), centre), &mu) in r.iter().zip(w).zip(centre).zip(&self.friction) {
+            sum += formulation.value(r, &(w + (r - centre) * a), mu).norm_squared();
+        }
+        ComplexField::sqrt(sum)
+    }
+
+    /// Factors the Newton matrix C W + A + a C.
     ///
     /// # Errors
-    /// The contact at which the factorisation found no pivot.
-    pub(super) fn step(
-        &mut self,
-        linear: &[Linear<T, D>],
-        a: T,
-        dr: &mut [SVector<T, D>],
-    ) -> Result<(), usize> {
-        self.factored += 1;
+    /// The contact, or the block of velocities, at which the factorisation found no pivot.
+    pub(super) fn factor(&mut self, linear: &[Linear<T, D>], a: T) -> Result<(), usize> {
         match &mut self.system {
-            System::Contact(system) => system.step(linear, a, dr),
-            System::Body(system) => system.step(linear, a, dr),
+            System::Contact(system) => system.factor(linear, a),
+            System::Body(system) => system.factor(linear, a),
+        }
+    }
+
+    /// The Newton step: dr of C W dr + (A + a C) dr = −f by the factors of the same A, C and a.
+    pub(super) fn step(&mut self, linear: &[Linear<T, D>], dr: &mut [SVector<T, D>]) {
+        match &mut self.system {
+            System::Contact(system) => system.step(linear, dr),
+            System::Body(system) => system.step(linear, dr),
+        }
+    }
+
+    /// Factors W + ρ I, for [`solve_regularised`](Self::solve_regularised).
+    ///
+    /// # Errors
+    /// As [`factor`](Self::factor).
+    pub(in crate::solver) fn factor_regularised(&mut self, rho: T) -> Result<(), usize> {
+        let linear = vec![Linear::sticking(SVector::zeros()); self.contacts()];
+        self.factor(&linear, rho)
+    }
+
+    /// `x` ← (W + ρ I)⁻¹ x.
+    pub(in crate::solver) fn solve_regularised(&mut self, x: &mut [SVector<T, D>]) {
+        match &mut self.system {
+            System::Contact(system) => system.solve_regularised(x),
+            System::Body(system) => system.solve_regularised(x),
         }
     }
 }

@@ -294,7 +294,8 @@ impl<T: Scalar> ElasticBodyBuilder<T> {
         let constant = Forces::constant(weight);
         let forces =
             varying.into_iter().fold(constant, |sum, (signal, entries)| sum.with_load(signal, entries));
-        let prescribed = (free < components).then(|| Prescribed::new(free, motions, self.signals));
+        let prescribed =
+            (free < components).then(|| Prescribed::new(free, motions, self.signals)).transpose()?;
         let geometry = Geometry {
             name: self.name,
             mesh: self.mesh,
