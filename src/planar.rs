@@ -366,11 +366,11 @@ impl<T: Scalar, const D: usize> PlanarScene<T, D> {
     /// # Errors
     /// [`PlanarError`].
     pub fn run(self, settings: Settings<T>, end: f64) -> Result<Recording, PlanarError> {
+        let scheme = self.scheme(settings)?;
         let steps = (end / to_f64(settings.step) - 1e-6).ceil();
         if !(end > 0.0 && steps <= 1e15) {
             return Err(PlanarError::End { end });
         }
-        let scheme = self.scheme(settings)?;
         let laws: Vec<String> = scheme.laws().iter().map(|law| law.name().to_string()).collect();
         let info = RunInfo::new(&laws.join(", "), scheme.solver().name(), laws, scheme.settings());
         let mut recorder = Recorder::new(1);

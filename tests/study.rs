@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use nonsmooth::registry::Registry;
 use nonsmooth::scene::{Scene, contact_dimension, event_driven};
 use nonsmooth::study::{
-    Line, MEASURES, ProblemResults, Progress, SceneResults, Study, StudyError, StudyOptions,
+    Line, MEASURES, ProblemResults, SceneResults, Study, StudyError, StudyOptions, StudyProgress,
 };
 
 fn examples() -> PathBuf {
@@ -43,7 +43,7 @@ impl Bench {
     }
 
     /// Runs the study into a folder, writes its tables, and tells how far it was from the beginning on.
-    fn run(&self, out: &str, threads: usize) -> (SceneResults, Progress) {
+    fn run(&self, out: &str, threads: usize) -> (SceneResults, StudyProgress) {
         let Study::Scene(study) =
             Study::read(&self.study(), &Registry::default()).unwrap_or_else(|error| panic!("{error}"))
         else {

@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 
 use crate::plot::{Figure, PlotError};
 use crate::registry::Registry;
-use crate::study::{ProblemStudy, Progress, SceneStudy, Study, StudyOptions};
+use crate::study::{ProblemStudy, SceneStudy, Study, StudyOptions, StudyProgress};
 
 use super::progress::runs_bar;
 use super::{FAILED, INTERRUPTED, interrupt_flag};
@@ -107,7 +107,7 @@ impl Session {
     }
 }
 
-fn show(bar: &indicatif::ProgressBar, progress: Progress) {
+fn show(bar: &indicatif::ProgressBar, progress: StudyProgress) {
     if progress.known > 0 && progress.done == progress.known {
         bar.println(format!("{} of {} runs are there already", progress.known, progress.total));
     }

@@ -7,7 +7,7 @@ use cpu_time::ThreadTime;
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
-use super::solve::{Attempt, attempt};
+use super::solve::{Reached, attempt};
 use super::{CollectionError, problem_name};
 use crate::cone::ConeProblem;
 use crate::fclib::{self, Cone};
@@ -191,7 +191,7 @@ fn measure_in<T: Scalar, const D: usize>(
             curve.push(Point { iterations, seconds, residual: to_f64(residual) });
         }
     };
-    let Attempt { r, iterations, tolerance, .. } =
+    let Reached { r, iterations, tolerance, .. } =
         attempt(registry, problem, cone, name, &options.stopping(), Some(&mut record))?;
     let (mut cpu_seconds, seconds) = (cpu.elapsed().as_secs_f64(), clock.elapsed().as_secs_f64());
     let residual = judged(&r);

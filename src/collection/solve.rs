@@ -53,6 +53,7 @@ pub struct Statuses {
 /// Whether a problem that was not solved had a solution to find.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Verdict {
     /// Some r brings W r + b into the interior of K*: a solution exists.
     Feasible,
@@ -264,7 +265,7 @@ fn attempts(error: &SolveError) -> Option<String> {
 }
 
 /// Where a solver came to.
-pub(super) struct Attempt<T: Scalar, const D: usize> {
+pub(super) struct Reached<T: Scalar, const D: usize> {
     pub(super) r: Vec<SVector<T, D>>,
     pub(super) iterations: usize,
     pub(super) residual: Residual<T>,
@@ -286,10 +287,10 @@ pub(super) fn attempt<T: Scalar, const D: usize>(
     solver: &str,
     stopping: &Stopping<T>,
     mut observer: Option<&mut dyn FnMut(Progress<T>)>,
-) -> Result<Attempt<T, D>, CollectionError> {
+) -> Result<Reached<T, D>, CollectionError> {
     let clock = Instant::now();
     let zero = vec![SVector::<T, D>::zeros(); cone.contacts()];
-    let mut best = Attempt {
+    let mut best = Reached {
         residual: Residual { natural: T::infinity_impl(), scaled: T::infinity_impl() },
         iterations: 0,
         tolerance: stopping.tolerance,

@@ -38,6 +38,7 @@ pub struct WriteOptions {
 
 /// Checkpoints of a run, below the folder of its results; those of error control do not exist.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Checkpoints {
     /// None are left.
     #[default]

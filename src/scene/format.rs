@@ -64,6 +64,7 @@ fn default_solvers() -> Vec<String> {
 
 /// A consistent set of units.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[non_exhaustive]
 pub enum UnitsName {
     /// m, s, kg, and so N, J (default).
     #[default]

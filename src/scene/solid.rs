@@ -91,6 +91,7 @@ pub struct PreloadSpec {
 /// What the nodes that may touch do in the preload.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum SupportName {
     /// Held in every direction (default).
     #[default]

@@ -101,7 +101,7 @@ use std::path::Path;
 
 use crate::registry::Registry;
 
-pub use error::StudyError;
+pub use error::{ReferenceError, StudyError};
 pub use errors::{ErrorRecorder, Errors, Norm};
 pub use format::{BudgetSpec, MarkSpec, ReferenceSpec};
 pub use lines::{Bin, Line, MEASURES, Measure, Order, Point};
@@ -110,7 +110,7 @@ pub use problems::{ProblemResults, ProblemStudy};
 pub use reference::Reference;
 pub use run::RunOutcome;
 pub use scene::{Row, SceneResults};
-pub use settings::{Settings, Stepping};
+pub use settings::{RunSettings, Stepping};
 
 /// How a study is run.
 #[derive(Debug, Clone, PartialEq)]
@@ -136,7 +136,7 @@ impl Default for StudyOptions {
 
 /// How far a study is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Progress {
+pub struct StudyProgress {
     /// Runs whose outcome is there.
     pub done: usize,
     /// Those of them that an earlier study left.

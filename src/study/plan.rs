@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use toml::Value;
 
 use super::format::{Axis, MarkSpec, ReferenceSpec, StudyFile};
-use super::settings::{SHORT, Settings, changes};
+use super::settings::{RunSettings, SHORT, changes};
 use super::{StudyError, references};
 use crate::observe::Units;
 use crate::registry::Registry;
@@ -18,7 +18,7 @@ const MOST_RUNS: usize = 100_000;
 /// A run of a study.
 #[derive(Debug, Clone)]
 pub(super) struct Job {
-    pub(super) settings: Settings,
+    pub(super) settings: RunSettings,
     /// The scene with the settings.
     pub(super) scene: Scene,
     pub(super) run: PlannedRun,
@@ -189,7 +189,7 @@ fn of_choice(
     let keys: Choice = choice.iter().filter(|(key, _)| !is_short(key)).cloned().collect();
     let job = |run: PlannedRun| {
         let scene = Scene { laws: vec![run.law.clone()], solvers: vec![run.solver.clone()], ..scene.clone() };
-        let settings = Settings::new(&scene, &run, keys.clone());
+        let settings = RunSettings::new(&scene, &run, keys.clone());
         let dimension =
             contact_dimension(&scene, std::slice::from_ref(&run), registry).map_err(|source| {
                 StudyError::Combination { settings: settings.words(), source: Box::new(source) }

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::engine::{Tasks, complete};
 use super::format::{Axis, BudgetSpec, StudyFile};
-use super::{Progress, StudyError, StudyOptions};
+use super::{StudyError, StudyOptions, StudyProgress};
 use crate::collection::{
     BenchmarkOptions, Measurement, Sweep, measure, measure_single, problem_files, problem_name, read,
 };
@@ -130,7 +130,7 @@ impl ProblemStudy {
         folder: &Path,
         options: &StudyOptions,
         stop: &AtomicBool,
-        tell: &mut dyn FnMut(Progress),
+        tell: &mut dyn FnMut(StudyProgress),
     ) -> Result<ProblemResults, StudyError> {
         let read = |file: &PathBuf| std::fs::read(file).map_err(|source| StudyError::io(file, source));
         let bytes = self.files.iter().map(|file| Ok((Fingerprint::default().and(&read(file)?), file)));

@@ -3,13 +3,13 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use super::StudyError;
 use super::ball::Ball;
 use super::bar::Bar;
 use super::finest::Sampled;
 use super::format::ReferenceSpec;
 use super::plan::Job;
 use super::reference::Reference;
+use super::{ReferenceError, StudyError};
 use crate::event_driven::Settings;
 use crate::registry::Registry;
 use crate::scene::{PlannedRun, ScalarName, Scene, contact_dimension};
@@ -19,7 +19,7 @@ use crate::simulate::Ended;
 pub(super) const FINEST: &str = "finest";
 
 /// The motion of a scene and a run; an error says what the scene would have to be.
-type ClosedForm = fn(&Scene, &PlannedRun, &Registry) -> Result<Arc<dyn Reference>, String>;
+type ClosedForm = fn(&Scene, &PlannedRun, &Registry) -> Result<Arc<dyn Reference>, ReferenceError>;
 
 /// References that are no run of the scheme.
 const CLOSED_FORMS: [(&str, ClosedForm); 3] = [
@@ -32,15 +32,11 @@ fn event_driven_motion(
     scene: &Scene,
     run: &PlannedRun,
     registry: &Registry,
-) -> Result<Arc<dyn Reference>, String> {
+) -> Result<Arc<dyn Reference>, ReferenceError> {
     let settings = Settings::default();
     let motion = contact_dimension(scene, std::slice::from_ref(run), registry)
-        .and_then(|dimension| scene.motion(run, dimension, registry, &settings));
-    match motion {
-        Ok(Ok(motion)) => Ok(Arc::new(motion)),
-        Ok(Err(error)) => Err(error.to_string()),
-        Err(error) => Err(error.to_string()),
-    }
+        .and_then(|dimension| scene.motion(run, dimension, registry, &settings))?;
+    Ok(Arc::new(motion?))
 }
 
 /// Tolerance of the cone solver in the finest run, beside which no error of the study is small.
@@ -133,10 +129,10 @@ impl Target {
         count: usize,
         stop: &AtomicBool,
     ) -> Result<Option<Arc<dyn Reference>>, StudyError> {
-        let failed = |message: String| StudyError::Reference {
+        let failed = |source| StudyError::Reference {
             reference: self.kind.clone(),
             settings: self.settings.clone(),
-            message,
+            source,
         };
         if let Some((_, form)) = CLOSED_FORMS.iter().find(|(name, _)| *name == self.kind) {
             return form(&self.scene, &self.run, registry).map(Some).map_err(failed);
@@ -151,12 +147,11 @@ impl Target {
         registry: &Registry,
         memory: usize,
         stop: &AtomicBool,
-    ) -> Result<Option<Sampled>, String> {
-        let mut simulation = (self.scene.simulation(&self.run, self.dimension, registry))
-            .map_err(|error| error.to_string())?;
+    ) -> Result<Option<Sampled>, ReferenceError> {
+        let mut simulation = (self.scene.simulation(&self.run, self.dimension, registry))?;
         let mut sampled = Sampled::new(simulation.dofs(), self.run.steps, memory);
         let ended = simulation.run(self.run.steps, &mut [&mut sampled], stop);
-        match ended.map_err(|error| error.to_string())? {
+        match ended? {
             Ended::Completed => Ok(Some(sampled)),
             Ended::Interrupted => Ok(None),
         }

@@ -10,15 +10,15 @@ use super::plan::Job;
 use super::reference::Reference;
 use super::references::Target;
 use super::run::{RunOutcome, measure};
-use super::settings::Settings;
-use super::{MarkSpec, Progress, SceneStudy, StudyError, StudyOptions};
+use super::settings::RunSettings;
+use super::{MarkSpec, SceneStudy, StudyError, StudyOptions, StudyProgress};
 use crate::observe::Units;
 
 /// A run that was made.
 #[derive(Debug, Clone)]
 pub struct Row {
     /// Its settings.
-    pub settings: Settings,
+    pub settings: RunSettings,
     /// End of the run (s).
     pub end: f64,
     /// What came of it.
@@ -72,7 +72,7 @@ impl SceneStudy {
         folder: &Path,
         options: &StudyOptions,
         stop: &AtomicBool,
-        tell: &mut dyn FnMut(Progress),
+        tell: &mut dyn FnMut(StudyProgress),
     ) -> Result<SceneResults, StudyError> {
         let least = self.jobs.iter().filter_map(Job::step).min_by(f64::total_cmp);
         let target = |job: &Job| {
