@@ -168,7 +168,7 @@ fn growth() {
 #[cfg(feature = "outputs")]
 fn whole() {
     use nonsmooth::observe::{CsvFiles, Rates, RunInfo, SummaryRecorder};
-    use nonsmooth::simulate::simulate;
+    use nonsmooth::simulate::Stepper;
     use std::sync::atomic::AtomicBool;
 
     let Some(mesh) = authors_mesh() else { return };
@@ -177,17 +177,18 @@ fn whole() {
     println!("10⁴ steps on the authors' mesh, with the ledger and, second, with tables; seconds");
     for law in ["newton", "fremond"] {
         let run = |with_tables: bool| {
-            let mut scheme = scheme(mesh.clone(), law, "hybrid");
+            let scheme = scheme(mesh.clone(), law, "hybrid");
             let info = RunInfo::new(law, "hybrid", vec![law.into()], scheme.settings());
             let rates = Rates { trajectory: 100, contacts: 100, energy: 1 };
             let mut tables = CsvFiles::create(&folder, rates).expect("tables");
             let mut summary = SummaryRecorder::default();
+            let mut stepper = Stepper::from(scheme);
             let clock = Instant::now();
             let interrupt = AtomicBool::new(false);
             let ended = if with_tables {
-                simulate(&mut scheme, 10_000, &info, &mut [&mut tables, &mut summary], &interrupt)
+                stepper.run(10_000, &info, &mut [&mut tables, &mut summary], &interrupt)
             } else {
-                simulate(&mut scheme, 10_000, &info, &mut [], &interrupt)
+                stepper.run(10_000, &info, &mut [], &interrupt)
             };
             ended.expect("the block runs");
             tables.commit().expect("tables");

@@ -17,6 +17,8 @@
 //! (2024). Local vectors are ordered (N, T1, T2); the normal points from the obstacle to the body.
 
 pub mod adaptive;
+#[cfg(feature = "cli")]
+pub mod cli;
 #[cfg(feature = "collection")]
 pub mod collection;
 pub mod cone;
@@ -32,8 +34,12 @@ pub mod guide;
 pub mod linalg;
 pub mod mesh;
 pub mod observe;
+pub mod planar;
 #[cfg(feature = "figures")]
 pub mod plot;
+pub mod registry;
+#[cfg(feature = "scene")]
+pub mod run;
 pub mod scalar;
 #[cfg(feature = "scene")]
 pub mod scene;

@@ -1,9 +1,7 @@
 //! The command line of `nonsmooth`.
 
-mod cli;
+use nonsmooth::{cli, registry::Registry};
 
-use std::process::ExitCode;
-
-fn main() -> ExitCode {
-    cli::main()
+fn main() -> std::process::ExitCode {
+    cli::run(&Registry::default())
 }

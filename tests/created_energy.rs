@@ -9,14 +9,14 @@ use std::sync::atomic::AtomicBool;
 
 use nonsmooth::observe::{RunInfo, RunSummary, SummaryRecorder};
 use nonsmooth::scene::Scene;
-use nonsmooth::simulate::{Outcome, simulate};
+use nonsmooth::simulate::{Ended, Stepper};
 
 fn summary(scene: &Scene, law: &str) -> RunSummary {
-    let (mut scheme, steps) = example::scheme::<f64, 2>(scene, law, "hybrid");
+    let (scheme, steps) = example::scheme::<f64, 2>(scene, law, "hybrid");
     let info = RunInfo::new(law, "hybrid", vec![law.into()], scheme.settings());
     let mut recorder = SummaryRecorder::default();
-    let outcome = simulate(&mut scheme, steps, &info, &mut [&mut recorder], &AtomicBool::new(false));
-    assert_eq!(outcome, Ok(Outcome::Completed), "{law}");
+    let ended = Stepper::from(scheme).run(steps, &info, &mut [&mut recorder], &AtomicBool::new(false));
+    assert!(matches!(ended, Ok(Ended::Completed)), "{law}");
     recorder.finish(None).expect("the run began")
 }
 

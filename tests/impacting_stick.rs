@@ -11,7 +11,7 @@ use example::scheme;
 use nonsmooth::observe::{RunInfo, RunSummary, SummaryRecorder};
 use nonsmooth::scalar::Scalar;
 use nonsmooth::scene::Scene;
-use nonsmooth::simulate::{Outcome, simulate};
+use nonsmooth::simulate::{Ended, Stepper};
 use nonsmooth::solver::SOLVERS;
 
 /// An impact of the scheme at θ = ½, h = 1e-4 under rule (55): step, u⁻, u⁺, p in (N, T) and tangential work.
@@ -64,11 +64,11 @@ fn scene() -> Scene {
 }
 
 fn summary<T: Scalar>(scene: &Scene, law: &str, solver: &str) -> RunSummary {
-    let (mut scheme, steps) = scheme::<T, 2>(scene, law, solver);
+    let (scheme, steps) = scheme::<T, 2>(scene, law, solver);
     let info = RunInfo::new(law, solver, vec![law.into()], scheme.settings());
     let mut recorder = SummaryRecorder::default();
-    let outcome = simulate(&mut scheme, steps, &info, &mut [&mut recorder], &AtomicBool::new(false));
-    assert_eq!(outcome, Ok(Outcome::Completed), "{law}, {solver}");
+    let ended = Stepper::from(scheme).run(steps, &info, &mut [&mut recorder], &AtomicBool::new(false));
+    assert!(matches!(ended, Ok(Ended::Completed)), "{law}, {solver}");
     recorder.finish(None).expect("the run began")
 }
 

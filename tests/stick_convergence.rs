@@ -11,6 +11,7 @@ mod regression;
 use limits::{END, LIMITS, Limit};
 use nalgebra::Vector3;
 use nonsmooth::event_driven::{Motion, Settings};
+use nonsmooth::registry::Registry;
 use nonsmooth::scene::{Scene, event_driven};
 use regression::{log_spaced, order};
 
@@ -21,7 +22,10 @@ fn scene() -> Scene {
 fn reference(law: &str) -> Motion {
     let scene = scene();
     let run = example::run(&scene, law, "nsgs");
-    event_driven::<2>(&scene, &run).expect("the stick").integrate(&Settings::default()).expect("two impacts")
+    event_driven::<2>(&scene, &run, &Registry::default())
+        .expect("the stick")
+        .integrate(&Settings::default())
+        .expect("two impacts")
 }
 
 /// (q, v) at time t; at an impact, v is the velocity before it.

@@ -12,7 +12,8 @@ mod example;
 #[path = "mechanics/regression.rs"]
 mod regression;
 
-use nonsmooth::scene::{ActivationRuleName, Scene};
+use nonsmooth::scene::Scene;
+use nonsmooth::scheme::ActivationRule;
 use regression::{log_spaced, order};
 
 const GRAVITY: f64 = 10.0;
@@ -144,7 +145,7 @@ fn on_the_floor_the_papers_rule_sinks_and_the_predicted_gap_does_not() {
         let [end, last, _] = run.rest[run.rest.len() - 1];
         (y - last) / (end - time)
     };
-    let (paper, gap) = (sink(ActivationRuleName::MoreauJean), sink(ActivationRuleName::PredictedGap));
+    let (paper, gap) = (sink(ActivationRule::MoreauJean), sink(ActivationRule::PredictedGap));
     // The two steps of the alternation, in the 3,000 observed.
     assert!((paper / sinking_speed(h) - 1.0).abs() <= 1e-3, "{paper:e}, exact {:e}", sinking_speed(h));
     // At rest but for rounding: 64 ε of the speed the other rule sinks at.

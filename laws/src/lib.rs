@@ -13,11 +13,13 @@
 //! here and one line in the `register!` call at the end of this page.
 
 mod cone;
+mod entry;
 mod law;
 mod parameter;
 mod registry;
 
 pub use cone::{Cone, Rows};
+pub use entry::LawEntry;
 pub use law::{Approach, ContactLaw, Passage, Response, Scalar};
 pub use parameter::{Description, FRICTION, LawError, LawFamily, Parameter, RESTITUTION};
 

@@ -132,6 +132,16 @@ pub enum LawError {
         /// Name of the parameter.
         parameter: &'static str,
     },
+    /// The law is not there in this arithmetic and contact dimension.
+    #[error("law `{law}` cannot be had in {scalar} with contacts of dimension {dimension}")]
+    Unsupported {
+        /// Name of the law.
+        law: &'static str,
+        /// The arithmetic.
+        scalar: &'static str,
+        /// Contact dimension.
+        dimension: usize,
+    },
     /// No law of this name is registered.
     #[error("no law is called `{name}` (known: {known})")]
     UnknownLaw {

@@ -11,6 +11,11 @@ macro_rules! register {
         /// Every registered law, in the order of registration.
         pub const LAWS: &[Description] = &[$(<$law<f64> as LawFamily<f64>>::DESCRIPTION),+];
 
+        /// The registered families, in the order of registration.
+        pub fn families() -> Vec<LawEntry> {
+            vec![$($crate::family!($law<T>)),+]
+        }
+
         /// The registry's entry for a law.
         ///
         /// # Errors

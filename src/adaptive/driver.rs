@@ -175,6 +175,11 @@ impl<T: Scalar, const D: usize> Adaptive<T, D> {
         })
     }
 
+    /// The candidate contacts with gap ≤ `reach` in the state of the last step kept.
+    pub fn candidates(&mut self, reach: T) -> &[Candidate<T>] {
+        self.scheme.candidates(reach)
+    }
+
     /// The scheme, in the state of the last step kept.
     pub fn scheme(&self) -> &ThetaScheme<T, D> {
         &self.scheme

@@ -3,19 +3,21 @@
 //! Exit codes: 0 done; 1 a run or a solve ended before its aim; 2 the input or the output cannot be used;
 //! 130 interrupted.
 
-mod checkpoint;
-mod frames;
 mod problems;
 mod progress;
 mod report;
 mod run;
-mod shown;
 mod study;
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::{Parser, Subcommand};
+
+use crate::registry::Registry;
+use crate::scene::ScalarName;
 
 /// Nonsmooth contact dynamics: unilateral contact, impact and Coulomb friction.
 #[derive(Debug, Parser)]
@@ -68,8 +70,8 @@ struct RunArguments {
     #[arg(long, allow_hyphen_values = true)]
     tol: Option<f64>,
     /// Arithmetic of the run.
-    #[arg(long, value_parser = ["f64", "f32"])]
-    scalar: Option<String>,
+    #[arg(long)]
+    scalar: Option<ScalarName>,
     /// Accept a θ outside the interval in which a law is proved dissipative.
     #[arg(long)]
     allow_unproved_theta: bool,
@@ -98,18 +100,51 @@ const UNUSABLE: u8 = 2;
 /// Interrupted by Ctrl-C.
 const INTERRUPTED: u8 = 130;
 
-/// Runs the program.
-pub(super) fn main() -> ExitCode {
-    let done = match Arguments::parse().command {
-        Command::Run(arguments) => run::run(&arguments),
-        Command::Solve(arguments) => problems::solve(&arguments),
-        Command::Compare(arguments) => problems::compare(&arguments),
-        Command::Study(arguments) => study::study(&arguments),
-        Command::Laws => report::laws(),
-        Command::Solvers => report::solvers(),
+/// The program `nonsmooth`, with the laws and solvers of `registry`: reads the arguments of the process, does what they say
+/// and returns the exit code.
+///
+/// A program with laws of one's own is this function over a registry of one's own:
+///
+/// ```no_run
+/// # use std::process::ExitCode;
+/// use nonsmooth::{cli, registry::Registry};
+///
+/// fn main() -> ExitCode {
+///     cli::run(&Registry::default())
+/// }
+/// ```
+pub fn run(registry: &Registry) -> ExitCode {
+    run_with(registry, std::env::args_os())
+}
+
+/// [`run`] with these arguments in place of those of the process, the first of them the name of the program.
+///
+/// Arguments that cannot be understood, and those that ask for help, end the process, as in [`run`].
+pub fn run_with<A: Into<OsString> + Clone>(
+    registry: &Registry,
+    arguments: impl IntoIterator<Item = A>,
+) -> ExitCode {
+    let done = match Arguments::parse_from(arguments).command {
+        Command::Run(arguments) => run::run(&arguments, registry),
+        Command::Solve(arguments) => problems::solve(&arguments, registry),
+        Command::Compare(arguments) => problems::compare(&arguments, registry),
+        Command::Study(arguments) => study::study(&arguments, registry),
+        Command::Laws => report::laws(registry),
+        Command::Solvers => report::solvers(registry),
     };
     done.unwrap_or_else(|error| {
         eprintln!("error: {error}");
         ExitCode::from(UNUSABLE)
     })
+}
+
+/// A flag that Ctrl-C raises, lowered.
+fn interrupt_flag() -> Result<&'static AtomicBool, ctrlc::Error> {
+    static RAISED: AtomicBool = AtomicBool::new(false);
+    RAISED.store(false, Ordering::Relaxed);
+    match ctrlc::set_handler(|| RAISED.store(true, Ordering::Relaxed)) {
+        // A process has one handler: the one of an earlier call raises the same flag.
+        Ok(()) | Err(ctrlc::Error::MultipleHandlers) => Ok(&RAISED),
+        Err(error) => Err(error),
+    }
 }

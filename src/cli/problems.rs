@@ -5,8 +5,9 @@ use std::io::{IsTerminal as _, Write as _};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use nonsmooth::collection::{Benchmark, BenchmarkOptions, SolveOptions, problem_files, solve_files};
-use nonsmooth::solver::DEFAULT;
+use crate::collection::{Benchmark, BenchmarkOptions, SolveOptions, problem_files, solve_files};
+use crate::registry::Registry;
+use crate::solver::DEFAULT;
 
 /// What `solve` takes.
 #[derive(Debug, clap::Args)]
@@ -57,19 +58,20 @@ pub(super) struct CompareArguments {
 }
 
 /// Solves every file, one line each.
-pub(super) fn solve(arguments: &SolveArguments) -> Result<ExitCode, Box<dyn Error>> {
+pub(super) fn solve(arguments: &SolveArguments, registry: &Registry) -> Result<ExitCode, Box<dyn Error>> {
     let options = SolveOptions {
         solver: arguments.solver.clone(),
         tolerance: arguments.tol,
         max_seconds: arguments.max_seconds,
         write_solution: arguments.write_solution,
     };
-    let solved = solve_files(&arguments.files, &options, arguments.json, &mut std::io::stdout().lock())?;
+    let mut out = std::io::stdout().lock();
+    let solved = solve_files(registry, &arguments.files, &options, arguments.json, &mut out)?;
     Ok(ExitCode::from(solved.exit_code()))
 }
 
 /// Runs every solver over every problem of a folder.
-pub(super) fn compare(arguments: &CompareArguments) -> Result<ExitCode, Box<dyn Error>> {
+pub(super) fn compare(arguments: &CompareArguments, registry: &Registry) -> Result<ExitCode, Box<dyn Error>> {
     let files = problem_files(&arguments.folder)?;
     let options = BenchmarkOptions {
         solvers: arguments.solver.clone(),
@@ -78,7 +80,7 @@ pub(super) fn compare(arguments: &CompareArguments) -> Result<ExitCode, Box<dyn 
         ..BenchmarkOptions::default()
     };
     let watched = std::io::stderr().is_terminal();
-    let mut benchmark = Benchmark::run(&files, &options, &mut |measured| {
+    let mut benchmark = Benchmark::run(registry, &files, &options, &mut |measured| {
         if watched {
             eprint!("\r\x1b[K{} with {}", measured.problem, measured.solver);
         }

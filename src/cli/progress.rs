@@ -1,8 +1,8 @@
 //! The progress bar, where there is a terminal.
 
+use crate::observe::{Frame, ObserveError, Observer};
+use crate::scalar::{Scalar, to_f64};
 use indicatif::{ProgressBar, ProgressStyle};
-use nonsmooth::observe::{Frame, ObserveError, Observer};
-use nonsmooth::scalar::{Scalar, to_f64};
 
 /// Parts of the time of a run, and steps between two looks at it.
 const THOUSANDTHS: u64 = 1000;
@@ -18,14 +18,14 @@ pub(super) fn runs_bar(runs: usize) -> ProgressBar {
 }
 
 /// Shows the steps of a run; hidden where the error stream is not a terminal.
-pub(super) struct Progress {
+pub(super) struct StepBar {
     bar: ProgressBar,
     every: usize,
     /// End of the run (s), where its length is known in time alone.
     end: Option<f64>,
 }
 
-impl Progress {
+impl StepBar {
     pub(super) fn new(label: String, steps: usize) -> Self {
         let bar = ProgressBar::new(steps as u64).with_message(label);
         let template = "{msg:24} {wide_bar} {pos}/{len} steps, {eta} left";
@@ -47,7 +47,7 @@ impl Progress {
     }
 }
 
-impl<T: Scalar, const D: usize> Observer<T, D> for Progress {
+impl<T: Scalar, const D: usize> Observer<T, D> for StepBar {
     fn step(&mut self, frame: Frame<'_, T, D>) -> Result<(), ObserveError> {
         if frame.state.index.is_multiple_of(self.every) {
             self.bar.set_position(match self.end {

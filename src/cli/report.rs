@@ -5,9 +5,10 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::process::ExitCode;
 
-use nonsmooth::laws::{LAWS, Parameter};
-use nonsmooth::observe::{RunSummary, Units};
-use nonsmooth::solver::{DEFAULT, SOLVERS};
+use crate::laws::Parameter;
+use crate::observe::{RunSummary, Units};
+use crate::registry::Registry;
+use crate::solver::DEFAULT;
 
 /// Impacts shown in the table; the others are in `summary.json`.
 const SHOWN_IMPACTS: usize = 12;
@@ -21,9 +22,9 @@ fn show(text: &str) -> Result<ExitCode, Box<dyn Error>> {
 }
 
 /// Lists the laws.
-pub(super) fn laws() -> Result<ExitCode, Box<dyn Error>> {
+pub(super) fn laws(registry: &Registry) -> Result<ExitCode, Box<dyn Error>> {
     let mut text = String::new();
-    for law in LAWS {
+    for law in registry.laws() {
         writeln!(text, "{}\n  {}\n  {}", law.name, law.title, law.equation)?;
         writeln!(text, "  dissipative for: {}\n  {}", law.claim, law.reference)?;
         for Parameter { name, symbol, meaning, min, max, default, .. } in law.parameters {
@@ -35,9 +36,9 @@ pub(super) fn laws() -> Result<ExitCode, Box<dyn Error>> {
 }
 
 /// Lists the solvers.
-pub(super) fn solvers() -> Result<ExitCode, Box<dyn Error>> {
+pub(super) fn solvers(registry: &Registry) -> Result<ExitCode, Box<dyn Error>> {
     let mut text = String::new();
-    for solver in SOLVERS {
+    for solver in registry.solvers() {
         let mark = if solver.name == DEFAULT { " (default)" } else { "" };
         writeln!(text, "{}{mark}\n  {}\n  for: {}", solver.name, solver.title, solver.when)?;
         writeln!(text, "  {}", solver.reference)?;

@@ -4,14 +4,14 @@ use std::error::Error;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
-use nonsmooth::plot::{Figure, PlotError};
-use nonsmooth::study::{ProblemStudy, Progress, SceneStudy, Study, StudyOptions};
+use crate::plot::{Figure, PlotError};
+use crate::registry::Registry;
+use crate::study::{ProblemStudy, SceneStudy, Study, StudyOptions, StudyProgress};
 
 use super::progress::runs_bar;
-use super::{FAILED, INTERRUPTED};
+use super::{FAILED, INTERRUPTED, interrupt_flag};
 
 /// What `study` takes.
 #[derive(Debug, clap::Args)]
@@ -36,8 +36,8 @@ pub(super) struct StudyArguments {
 }
 
 /// Runs a study.
-pub(super) fn study(arguments: &StudyArguments) -> Result<ExitCode, Box<dyn Error>> {
-    let study = Study::read(&arguments.study)?;
+pub(super) fn study(arguments: &StudyArguments, registry: &Registry) -> Result<ExitCode, Box<dyn Error>> {
+    let study = Study::read(&arguments.study, registry)?;
     let default = StudyOptions::default();
     let threads = arguments.threads.map_or(default.threads, |threads| threads as usize);
     let stem = arguments.study.file_stem().unwrap_or_default();
@@ -46,10 +46,8 @@ pub(super) fn study(arguments: &StudyArguments) -> Result<ExitCode, Box<dyn Erro
         options: StudyOptions { threads, fresh: arguments.fresh, ..default },
         figures: !arguments.no_figures,
         dpi: arguments.dpi,
-        stop: Arc::new(AtomicBool::new(false)),
+        stop: interrupt_flag()?,
     };
-    let flag = Arc::clone(&session.stop);
-    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))?;
     match &study {
         Study::Scene(study) => session.scene(study),
         Study::Problems(study) => session.problems(study),
@@ -61,14 +59,13 @@ struct Session {
     options: StudyOptions,
     figures: bool,
     dpi: f64,
-    stop: Arc<AtomicBool>,
+    stop: &'static AtomicBool,
 }
 
 impl Session {
     fn scene(&self, study: &SceneStudy) -> Result<ExitCode, Box<dyn Error>> {
         let bar = runs_bar(study.runs());
-        let results =
-            study.run(&self.folder, &self.options, &self.stop, &mut |progress| show(&bar, progress));
+        let results = study.run(&self.folder, &self.options, self.stop, &mut |progress| show(&bar, progress));
         bar.finish_and_clear();
         let results = results?;
         results.write_csv(&self.folder)?;
@@ -82,8 +79,7 @@ impl Session {
 
     fn problems(&self, study: &ProblemStudy) -> Result<ExitCode, Box<dyn Error>> {
         let bar = runs_bar(study.runs());
-        let results =
-            study.run(&self.folder, &self.options, &self.stop, &mut |progress| show(&bar, progress));
+        let results = study.run(&self.folder, &self.options, self.stop, &mut |progress| show(&bar, progress));
         bar.finish_and_clear();
         let results = results?;
         results.sweep.write_csv(&self.folder)?;
@@ -111,7 +107,7 @@ impl Session {
     }
 }
 
-fn show(bar: &indicatif::ProgressBar, progress: Progress) {
+fn show(bar: &indicatif::ProgressBar, progress: StudyProgress) {
     if progress.known > 0 && progress.done == progress.known {
         bar.println(format!("{} of {} runs are there already", progress.known, progress.total));
     }

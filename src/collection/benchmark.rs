@@ -7,12 +7,13 @@ use cpu_time::ThreadTime;
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
-use super::solve::{Attempt, attempt};
+use super::solve::{Reached, attempt};
 use super::{CollectionError, problem_name};
 use crate::cone::{ConeProblem, Form};
 use crate::fclib::{self, Cone};
+use crate::registry::Registry;
 use crate::scalar::{Scalar, lit, to_f64};
-use crate::solver::{self, Progress, SOLVERS, Stopping};
+use crate::solver::{Progress, Stopping, UnknownSolver};
 
 /// What a comparison is asked for.
 #[derive(Debug, Clone, PartialEq)]
@@ -95,20 +96,22 @@ impl Benchmark {
     /// # Errors
     /// [`CollectionError`] at the first file or solver that cannot be used.
     pub fn run(
+        registry: &Registry,
         files: &[PathBuf],
         options: &BenchmarkOptions,
         tell: &mut dyn FnMut(&Measurement),
     ) -> Result<Self, CollectionError> {
-        let all = || SOLVERS.iter().map(|solver| solver.name.into()).collect();
+        let all = || registry.solvers().map(|solver| solver.name.into()).collect();
         let solvers: Vec<String> = if options.solvers.is_empty() { all() } else { options.solvers.clone() };
+        options.stopping::<f64>().check().map_err(UnknownSolver::from)?;
         for name in &solvers {
-            solver::build::<f64, 3>(name, options.stopping())?;
+            registry.find_solver(name)?;
         }
         let mut measurements = Vec::new();
         for file in files {
             let cone = read(file)?;
             for name in &solvers {
-                let measured = measure(&problem_name(file), &cone, name, options)?;
+                let measured = measure(registry, &problem_name(file), &cone, name, options)?;
                 tell(&measured);
                 measurements.push(measured);
             }
@@ -137,14 +140,15 @@ pub fn read(file: &Path) -> Result<Cone, CollectionError> {
 /// # Errors
 /// [`CollectionError::Solve`], [`CollectionError::Solver`].
 pub fn measure(
+    registry: &Registry,
     problem: &str,
     cone: &Cone,
     solver: &str,
     options: &BenchmarkOptions,
 ) -> Result<Measurement, CollectionError> {
     match cone {
-        Cone::Planar(cone) => measure_in(problem, cone, cone, solver, options),
-        Cone::Spatial(cone) => measure_in(problem, cone, cone, solver, options),
+        Cone::Planar(cone) => measure_in(registry, problem, cone, cone, solver, options),
+        Cone::Spatial(cone) => measure_in(registry, problem, cone, cone, solver, options),
     }
 }
 
@@ -153,19 +157,21 @@ pub fn measure(
 /// # Errors
 /// As [`measure`].
 pub fn measure_single(
+    registry: &Registry,
     problem: &str,
     cone: &Cone,
     solver: &str,
     options: &BenchmarkOptions,
 ) -> Result<Measurement, CollectionError> {
     match cone {
-        Cone::Planar(cone) => measure_in(problem, cone, &cone.cast::<f32>(), solver, options),
-        Cone::Spatial(cone) => measure_in(problem, cone, &cone.cast::<f32>(), solver, options),
+        Cone::Planar(cone) => measure_in(registry, problem, cone, &cone.cast::<f32>(), solver, options),
+        Cone::Spatial(cone) => measure_in(registry, problem, cone, &cone.cast::<f32>(), solver, options),
     }
 }
 
 /// Solves `cone` and judges the percussions by `judge`, the same problem in double precision.
 fn measure_in<T: Scalar, const D: usize>(
+    registry: &Registry,
     problem: &str,
     judge: &ConeProblem<f64, D>,
     cone: &ConeProblem<T, D>,
@@ -185,8 +191,8 @@ fn measure_in<T: Scalar, const D: usize>(
             curve.push(Point { iterations, seconds, residual: to_f64(residual) });
         }
     };
-    let Attempt { r, iterations, tolerance, .. } =
-        attempt(problem, cone, name, &options.stopping(), Some(&mut record))?;
+    let Reached { r, iterations, tolerance, .. } =
+        attempt(registry, problem, cone, name, &options.stopping(), Some(&mut record))?;
     let (mut cpu_seconds, seconds) = (cpu.elapsed().as_secs_f64(), clock.elapsed().as_secs_f64());
     let residual = judged(&r);
     curve.push(Point { iterations, seconds, residual: residual.scaled });
@@ -210,7 +216,7 @@ fn measure_in<T: Scalar, const D: usize>(
     }
 
     let stopping = Stopping { tolerance, ..options.stopping() };
-    let mut solver = solver::build::<T, D>(name, stopping)?;
+    let mut solver = registry.build_solver::<T, D>(name, stopping)?;
     let start = vec![SVector::zeros(); cone.contacts()];
     let mut r = start.clone();
     let repeat =

@@ -32,6 +32,7 @@ use crate::solver::{SolveError, UnknownSolver};
 
 /// Why a collection could not be worked on.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum CollectionError {
     /// A problem file is not one.
     #[error("{}: {source}", path.display())]
@@ -71,12 +72,12 @@ pub enum CollectionError {
         message: String,
     },
     /// A table could not be written.
-    #[error("{}: {message}", path.display())]
+    #[error("{}: {source}", path.display())]
     Table {
         /// The table.
         path: PathBuf,
         /// What went wrong.
-        message: String,
+        source: csv::Error,
     },
 }
 

@@ -12,8 +12,9 @@ use super::lines::{heading, json_line, text_line};
 use super::{CollectionError, problem_name};
 use crate::cone::{ConeProblem, Form, Residual};
 use crate::fclib::{self, Cone, FclibError};
+use crate::registry::Registry;
 use crate::scalar::{Scalar, epsilon, lit, to_f64};
-use crate::solver::{self, Accuracy, Progress, SolveError, Stopping};
+use crate::solver::{self, Accuracy, Progress, SolveError, Stopping, UnknownSolver};
 
 /// A percussion within this relative distance of the boundary of its cone slides. Percussions of redundant contacts are
 /// known to fewer digits than the velocities the tolerance speaks of.
@@ -52,6 +53,7 @@ pub struct Statuses {
 /// Whether a problem that was not solved had a solution to find.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Verdict {
     /// Some r brings W r + b into the interior of K*: a solution exists.
     Feasible,
@@ -134,12 +136,13 @@ impl Solved {
 /// # Errors
 /// [`CollectionError::Solver`] before the first file, [`CollectionError::Io`] where `out` fails.
 pub fn solve_files(
+    registry: &Registry,
     files: &[PathBuf],
     options: &SolveOptions,
     json: bool,
     out: &mut dyn Write,
 ) -> Result<Solved, CollectionError> {
-    check(options)?;
+    check(registry, options)?;
     let mut solved = Solved::default();
     let to_out = |source| CollectionError::Io { path: "output".into(), source };
     let width = files.iter().map(|f| problem_name(f).chars().count()).max().unwrap_or(0).max(7);
@@ -147,7 +150,7 @@ pub fn solve_files(
         heading(out, width).map_err(to_out)?;
     }
     for file in files {
-        match solve_file(file, options) {
+        match solve_file(registry, file, options) {
             Ok(report) => {
                 if json {
                     json_line(out, &report).map_err(to_out)?;
@@ -179,14 +182,18 @@ pub fn solve_files(
 ///
 /// # Errors
 /// [`CollectionError::File`], [`CollectionError::Solve`], [`CollectionError::Solver`].
-pub fn solve_file(path: &Path, options: &SolveOptions) -> Result<SolveReport, CollectionError> {
-    check(options)?;
+pub fn solve_file(
+    registry: &Registry,
+    path: &Path,
+    options: &SolveOptions,
+) -> Result<SolveReport, CollectionError> {
+    check(registry, options)?;
     let in_file = |source| CollectionError::File { path: path.into(), source };
     let stored = fclib::read(path).map_err(in_file)?;
     let name = problem_name(path);
     let (report, percussions) = match stored.cone_in(Form::Auto).map_err(in_file)? {
-        Cone::Planar(cone) => solve(&name, &cone, options)?,
-        Cone::Spatial(cone) => solve(&name, &cone, options)?,
+        Cone::Planar(cone) => solve(registry, &name, &cone, options)?,
+        Cone::Spatial(cone) => solve(registry, &name, &cone, options)?,
     };
     if options.write_solution && report.converged {
         let put = |percussions| -> Result<(), FclibError> {
@@ -197,8 +204,10 @@ pub fn solve_file(path: &Path, options: &SolveOptions) -> Result<SolveReport, Co
     Ok(report)
 }
 
-fn check(options: &SolveOptions) -> Result<(), CollectionError> {
-    solver::build::<f64, 3>(&options.solver, stopping(options)).map(drop).map_err(CollectionError::from)
+fn check(registry: &Registry, options: &SolveOptions) -> Result<(), CollectionError> {
+    stopping(options).check().map_err(UnknownSolver::from)?;
+    registry.find_solver(&options.solver)?;
+    Ok(())
 }
 
 fn stopping(options: &SolveOptions) -> Stopping<f64> {
@@ -206,12 +215,13 @@ fn stopping(options: &SolveOptions) -> Stopping<f64> {
 }
 
 fn solve<const D: usize>(
+    registry: &Registry,
     name: &str,
     cone: &ConeProblem<f64, D>,
     options: &SolveOptions,
 ) -> Result<(SolveReport, Vec<f64>), CollectionError> {
     let cpu = ThreadTime::now();
-    let mut attempt = attempt(name, cone, &options.solver, &stopping(options), None)?;
+    let mut attempt = attempt(registry, name, cone, &options.solver, &stopping(options), None)?;
     let mut rescued_by = None;
     if let Some(failure) = attempt.failure.take() {
         match solver::rescue(failure, &stopping(options), cone, &[], &mut attempt.r) {
@@ -255,7 +265,7 @@ fn attempts(error: &SolveError) -> Option<String> {
 }
 
 /// Where a solver came to.
-pub(super) struct Attempt<T: Scalar, const D: usize> {
+pub(super) struct Reached<T: Scalar, const D: usize> {
     pub(super) r: Vec<SVector<T, D>>,
     pub(super) iterations: usize,
     pub(super) residual: Residual<T>,
@@ -271,15 +281,16 @@ const CALLS: usize = 4;
 
 /// Solves from r = 0 until both residuals are within the tolerance, or until the solver gives up.
 pub(super) fn attempt<T: Scalar, const D: usize>(
+    registry: &Registry,
     name: &str,
     cone: &ConeProblem<T, D>,
     solver: &str,
     stopping: &Stopping<T>,
     mut observer: Option<&mut dyn FnMut(Progress<T>)>,
-) -> Result<Attempt<T, D>, CollectionError> {
+) -> Result<Reached<T, D>, CollectionError> {
     let clock = Instant::now();
     let zero = vec![SVector::<T, D>::zeros(); cone.contacts()];
-    let mut best = Attempt {
+    let mut best = Reached {
         residual: Residual { natural: T::infinity_impl(), scaled: T::infinity_impl() },
         iterations: 0,
         tolerance: stopping.tolerance,
@@ -294,7 +305,7 @@ pub(super) fn attempt<T: Scalar, const D: usize>(
             break;
         }
         let stage = Stopping { tolerance: best.tolerance, max_seconds: left, ..stopping.clone() };
-        let mut solver = solver::build::<T, D>(solver, stage)?;
+        let mut solver = registry.build_solver::<T, D>(solver, stage)?;
         let before = best.iterations;
         let mut shifted = |progress: Progress<T>| {
             if let Some(observer) = observer.as_mut() {

@@ -248,12 +248,12 @@ impl Benchmark {
 }
 
 pub(super) fn table<R: Serialize>(path: &Path, rows: impl Iterator<Item = R>) -> Result<(), CollectionError> {
-    let failed = |message: String| CollectionError::Table { path: path.into(), message };
+    let failed = |source| CollectionError::Table { path: path.into(), source };
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {
-        writer.serialize(row).map_err(|e| failed(e.to_string()))?;
+        writer.serialize(row).map_err(failed)?;
     }
-    let bytes = writer.into_inner().map_err(|e| failed(e.to_string()))?;
+    let bytes = writer.into_inner().map_err(|error| failed(error.into_error().into()))?;
     let write = || {
         let mut file = AtomicFile::create(path)?;
         file.write_all(&bytes)?;

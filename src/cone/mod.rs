@@ -16,6 +16,7 @@ mod check;
 pub(crate) mod cones;
 mod delassus;
 mod factored;
+mod from_arrays;
 mod one_contact;
 mod precise;
 mod problem;
@@ -29,6 +30,7 @@ pub use check::{DEFINITENESS_TOLERANCE, ProblemError, SPECTRUM_LIMIT, SYMMETRY_T
 pub use cones::{contains, de_saxce, dual_gauge, natural_map, project};
 pub use delassus::{Delassus, Form, factored_pays};
 pub use factored::{FactoredDelassus, FactoredError};
+pub use from_arrays::ArraysError;
 pub(crate) use one_contact::OneContactSolvers;
 pub use one_contact::{solve_one_contact, solve_one_contact_from};
 pub use problem::{ConeProblem, Residual};

@@ -16,7 +16,7 @@
 
 #[doc = include_str!("first_scene.md")]
 pub mod first_scene {}
-#[doc = include_str!("scene_file.md")]
+#[doc = include_str!("scene_reference.md")]
 pub mod scene_file {}
 #[doc = include_str!("outputs.md")]
 pub mod outputs {}

@@ -6,6 +6,7 @@ use super::{Element, LARGEST, Mesh, MeshError, Node, Shape};
 
 /// How a rectangle is triangulated.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "scene", derive(serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum Pattern {
     /// Nodes on a staggered lattice, nearly equilateral, triangulated by Delaunay (the library `spade`). Default.
     #[default]

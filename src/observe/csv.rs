@@ -126,7 +126,7 @@ impl Table {
         done.map_err(|error| ObserveError::new(&path, error))
     }
 
-    fn error(&self, error: impl std::fmt::Display) -> ObserveError {
+    fn error(&self, error: impl std::error::Error + Send + Sync + 'static) -> ObserveError {
         ObserveError::new(self.file.path(), error)
     }
 }

@@ -4,6 +4,7 @@
 mod csv;
 #[cfg(feature = "figures")]
 mod figures;
+mod recording;
 mod series;
 #[cfg(feature = "outputs")]
 mod summary;
@@ -15,6 +16,7 @@ mod vtk;
 pub use self::csv::{CsvFiles, CsvMark, Rates};
 #[cfg(feature = "figures")]
 pub use figures::{comparison_figure, elastic_figure, mesh_figure, run_figure};
+pub use recording::{ContactRecord, Recorder, Recording};
 pub use series::{RunSeries, SeriesMark, SeriesRecorder};
 #[cfg(feature = "outputs")]
 pub use summary::{AdaptiveSummary, Impact, RunSummary, SummaryMark, SummaryRecorder};
@@ -22,6 +24,10 @@ pub use units::Units;
 
 #[cfg(feature = "vtk")]
 pub use vtk::VtkSeries;
+
+use std::error::Error;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use crate::scalar::{Scalar, to_f64};
 use crate::scheme::{Settings, State, Step};
@@ -95,18 +101,19 @@ pub trait Observer<T: Scalar, const D: usize> {
 }
 
 /// An output that could not be written.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("cannot write {}: {message}", path.display())]
+#[derive(Debug, Clone, thiserror::Error)]
+#[error("cannot write {}: {source}", path.display())]
+#[non_exhaustive]
 pub struct ObserveError {
     /// The file or folder.
-    pub path: std::path::PathBuf,
-    /// What the system says.
-    pub message: String,
+    pub path: PathBuf,
+    /// What went wrong, in most cases what the system says.
+    pub source: Arc<dyn Error + Send + Sync>,
 }
 
 impl ObserveError {
     /// The error of writing to `path`.
-    pub fn new(path: &std::path::Path, error: impl std::fmt::Display) -> Self {
-        Self { path: path.into(), message: error.to_string() }
+    pub fn new(path: &Path, error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
+        Self { path: path.into(), source: Arc::from(error.into()) }
     }
 }

@@ -1,5 +1,7 @@
 //! The time series that figures are drawn from, thinned as the run grows.
 
+use std::any::Any;
+
 use super::{Frame, ObserveError, Observer, RunInfo};
 use crate::contact::ContactId;
 use crate::linalg::BlockRows;
@@ -42,14 +44,15 @@ pub struct RunSeries {
 
 /// Records a [`RunSeries`].
 #[derive(Debug)]
-pub struct SeriesRecorder<T: Scalar, const D: usize> {
+pub struct SeriesRecorder {
     series: RunSeries,
     dofs: Vec<usize>,
     contact: Option<ContactId>,
     stride: usize,
-    pending: Option<Sample<D>>,
+    pending: Option<Sample>,
     sums: [f64; 3],
-    jacobian: BlockRows<T, D>,
+    /// The row of the contact shown, a `BlockRows<T, D>` of the run.
+    jacobian: Box<dyn Any + Send>,
 }
 
 /// Where a recorder stands, to go on from there.
@@ -65,14 +68,17 @@ pub struct SeriesMark {
 
 /// Impulsive quantities of the steps since the last sample: the ones of largest magnitude.
 #[derive(Debug, Clone, Copy)]
-struct Sample<const D: usize> {
-    p: [f64; D],
+struct Sample {
+    p: [f64; MOST_COMPONENTS],
     work: [f64; 2],
     largest: f64,
 }
 
-impl<const D: usize> Sample<D> {
-    const ZERO: Self = Self { p: [0.0; D], work: [0.0; 2], largest: 0.0 };
+/// Components of a percussion in the largest contact dimension; those a contact does not have are 0.
+const MOST_COMPONENTS: usize = 6;
+
+impl Sample {
+    const ZERO: Self = Self { p: [0.0; MOST_COMPONENTS], work: [0.0; 2], largest: 0.0 };
 
     fn merge(&mut self, other: &Self) {
         self.p.iter_mut().zip(other.p).for_each(|(x, y)| *x = larger(*x, y));
@@ -85,18 +91,21 @@ fn larger(x: f64, y: f64) -> f64 {
     if y.abs() > x.abs() { y } else { x }
 }
 
-impl<T: Scalar, const D: usize> SeriesRecorder<T, D> {
+impl SeriesRecorder {
     /// Records the degrees of freedom `dofs` and the contact `contact`.
     pub fn new(dofs: Vec<usize>, contact: Option<ContactId>) -> Self {
-        let jacobian = BlockRows::new();
+        let jacobian = Box::new(());
         let (series, sums) = (RunSeries::default(), [0.0; 3]);
         Self { series, dofs, contact, stride: 1, pending: None, sums, jacobian }
     }
 
     /// Marks the place.
     pub fn mark(&self) -> SeriesMark {
-        let flat = |sample: &Sample<D>| {
-            let all = sample.p.iter().chain(&sample.work).chain(std::iter::once(&sample.largest));
+        let flat = |sample: &Sample| {
+            let all = sample.p[..self.series.p.len()]
+                .iter()
+                .chain(&sample.work)
+                .chain(std::iter::once(&sample.largest));
             all.copied().collect()
         };
         SeriesMark {
@@ -109,15 +118,16 @@ impl<T: Scalar, const D: usize> SeriesRecorder<T, D> {
 
     /// Goes on from a mark of a recorder of the same degrees of freedom and contact; `None` where it is not one.
     pub fn resume(mut self, mark: SeriesMark) -> Option<Self> {
-        let local = if self.contact.is_some() { D } else { 0 };
-        let fits = mark.series.q.len() == self.dofs.len() && mark.series.p.len() == local;
-        let sample = |flat: Vec<f64>| {
-            let whole = flat.len() == D + 3;
-            whole.then(|| Sample {
-                p: std::array::from_fn(|i| flat[i]),
-                work: [flat[D], flat[D + 1]],
-                largest: flat[D + 2],
-            })
+        let components = mark.series.p.len();
+        let fits = mark.series.q.len() == self.dofs.len() && self.contact.is_some() == (components > 0);
+        let sample = |flat: Vec<f64>| match &flat[..] {
+            [p @ .., normal, tangential, largest]
+                if p.len() == components && components <= MOST_COMPONENTS =>
+            {
+                let p = std::array::from_fn(|i| p.get(i).copied().unwrap_or(0.0));
+                Some(Sample { p, work: [*normal, *tangential], largest: *largest })
+            }
+            _ => None,
         };
         self.pending = match mark.pending {
             None => None,
@@ -132,7 +142,7 @@ impl<T: Scalar, const D: usize> SeriesRecorder<T, D> {
         self.series
     }
 
-    fn sample(&mut self, frame: Frame<'_, T, D>) {
+    fn sample<T: Scalar, const D: usize>(&mut self, frame: Frame<'_, T, D>) {
         let (state, step) = (frame.state, frame.step);
         let series = &mut self.series;
         series.time.push(to_f64(state.time));
@@ -141,10 +151,15 @@ impl<T: Scalar, const D: usize> SeriesRecorder<T, D> {
             series.v[column].push(to_f64(state.v[dof]));
         }
         if let Some(contact) = self.contact {
-            self.jacobian.clear();
-            frame.system.jacobian(contact, &state.q, &mut self.jacobian);
-            let u = self.jacobian.velocity(0, &state.v);
-            series.u.iter_mut().zip(u.iter()).for_each(|(column, &u)| column.push(to_f64(u)));
+            if !self.jacobian.is::<BlockRows<T, D>>() {
+                self.jacobian = Box::new(BlockRows::<T, D>::new());
+            }
+            if let Some(row) = self.jacobian.downcast_mut::<BlockRows<T, D>>() {
+                row.clear();
+                frame.system.jacobian(contact, &state.q, row);
+                let u = row.velocity(0, &state.v);
+                series.u.iter_mut().zip(u.iter()).for_each(|(column, &u)| column.push(to_f64(u)));
+            }
         }
         let impulsive = self.pending.take().unwrap_or(Sample::ZERO);
         series.p.iter_mut().zip(impulsive.p).for_each(|(column, p)| column.push(p));
@@ -174,7 +189,7 @@ fn halve(column: &mut Vec<f64>, merge: impl Fn(f64, f64) -> f64) {
     column.truncate(column.len() / 2);
 }
 
-impl<T: Scalar, const D: usize> Observer<T, D> for SeriesRecorder<T, D> {
+impl<T: Scalar, const D: usize> Observer<T, D> for SeriesRecorder {
     fn begin(&mut self, run: &RunInfo, frame: Frame<'_, T, D>) -> Result<(), ObserveError> {
         let name = |&dof: &usize| (frame.system.dof_label(dof), frame.system.dof_unit(dof).to_string());
         let columns = |n: usize| vec![Vec::new(); n];
@@ -198,7 +213,9 @@ impl<T: Scalar, const D: usize> Observer<T, D> for SeriesRecorder<T, D> {
     fn step(&mut self, frame: Frame<'_, T, D>) -> Result<(), ObserveError> {
         let step = frame.step;
         let shown = step.contacts.iter().find(|contact| Some(contact.id) == self.contact);
-        let p = shown.map_or([0.0; D], |contact| std::array::from_fn(|i| to_f64(contact.percussion[i])));
+        let p = shown.map_or([0.0; MOST_COMPONENTS], |contact| {
+            std::array::from_fn(|i| contact.percussion.get(i).map_or(0.0, |&p| to_f64(p)))
+        });
         let work = [step.balance.normal_contact_work, step.balance.tangential_contact_work].map(to_f64);
         let largest = to_f64(step.largest_works()[1]);
         self.pending.get_or_insert(Sample::ZERO).merge(&Sample { p, work, largest });

@@ -52,18 +52,15 @@ impl VtkSeries {
     fn write<T: Scalar, const D: usize>(&mut self, frame: Frame<'_, T, D>) -> Result<(), ObserveError> {
         let Some(geometry) = frame.system.geometry() else { return Ok(()) };
         let path = self.folder.join(self.file(self.times.len()));
-        let write = || -> Result<(), String> {
-            let mut bytes = Vec::new();
-            piece(geometry, frame).write_xml(&mut bytes).map_err(|error| error.to_string())?;
-            let save = || -> std::io::Result<()> {
-                std::fs::create_dir_all(path.parent().unwrap_or(&self.folder))?;
-                let mut file = AtomicFile::create(&path)?;
-                file.write_all(&bytes)?;
-                file.commit()
-            };
-            save().map_err(|error| error.to_string())
+        let mut bytes = Vec::new();
+        piece(geometry, frame).write_xml(&mut bytes).map_err(|error| ObserveError::new(&path, error))?;
+        let save = || -> std::io::Result<()> {
+            std::fs::create_dir_all(path.parent().unwrap_or(&self.folder))?;
+            let mut file = AtomicFile::create(&path)?;
+            file.write_all(&bytes)?;
+            file.commit()
         };
-        write().map_err(|error| ObserveError::new(&path, error))?;
+        save().map_err(|error| ObserveError::new(&path, error))?;
         self.times.push(to_f64(frame.state.time));
         Ok(())
     }

@@ -2,15 +2,15 @@
 
 use nalgebra::SVector;
 
-use super::format::{ActivationRuleName, InterfaceSpec};
+use super::format::InterfaceSpec;
 use super::names::{Directory, Groups};
-use super::{LoadSpec, PreloadSpec, Run, Scene, SceneError};
+use super::{LoadSpec, PlannedRun, PreloadSpec, Scene, SceneError};
 use crate::adaptive::Adaptive;
-use crate::laws::{self, Approach, ContactLaw, Rows};
+use crate::laws::{Approach, ContactLaw, Rows};
+use crate::registry::Registry;
 use crate::scalar::{Scalar, epsilon, lit};
-use crate::scheme::{Activation, ActivationRule, Settings, ThetaScheme, equilibrium};
-use crate::simulate::Stepper;
-use crate::solver::{self, Stopping};
+use crate::scheme::{Activation, Settings, ThetaScheme, equilibrium};
+use crate::solver::Stopping;
 use crate::system::{Body, BodyId, Dynamics, RigidBodies, System};
 
 /// Tolerance of the contacts of a preload, 64 ε for scalars that cannot resolve it.
@@ -28,24 +28,26 @@ pub type Planar<T, const D: usize> = ThetaScheme<T, D>;
 /// The same under error control.
 pub type PlanarAdaptive<T, const D: usize> = Adaptive<T, D>;
 
-/// What makes the steps of a scene, of one length or under error control.
-pub type PlanarStepper<T, const D: usize> = Stepper<T, D>;
-
 impl InterfaceSpec {
     /// The two sides, for errors.
     pub fn label(&self) -> String {
         format!("`{}` – `{}`", self.between[0], self.between[1])
     }
 
-    fn law<T: Scalar, const D: usize>(&self, run: &Run) -> Result<AnyLaw<T, D>, SceneError> {
+    fn law<T: Scalar, const D: usize>(
+        &self,
+        run: &PlannedRun,
+        registry: &Registry,
+    ) -> Result<AnyLaw<T, D>, SceneError> {
         let name = self.law.as_deref().unwrap_or(&run.law);
         let error = |source| SceneError::Law { interface: self.label(), source };
-        let description = laws::describe(name).map_err(error)?;
+        let family = registry.find_law(name).map_err(error)?;
+        let description = family.description();
         let known = |parameter: &str| description.parameters.iter().any(|p| p.name == parameter);
         let given = self.parameters.iter().filter(|(p, _)| known(p)).map(|(p, &x)| (p.as_str(), x));
         let values = description.arrange(given).map_err(error)?;
         let values: Vec<T> = values.into_iter().map(lit).collect();
-        laws::build(name, &values).map_err(error)
+        family.build(&values).map_err(error)
     }
 }
 
@@ -53,17 +55,21 @@ impl InterfaceSpec {
 ///
 /// # Errors
 /// A law that cannot be made, a parameter that no law has.
-pub fn contact_dimension(scene: &Scene, runs: &[Run]) -> Result<usize, SceneError> {
+pub fn contact_dimension(
+    scene: &Scene,
+    runs: &[PlannedRun],
+    registry: &Registry,
+) -> Result<usize, SceneError> {
     let mut frictionless = true;
     for interface in &scene.interfaces {
         for run in runs {
-            let law: AnyLaw<f64, 2> = interface.law(run)?;
+            let law: AnyLaw<f64, 2> = interface.law(run, registry)?;
             frictionless &= law.rows() == Rows::Normal;
         }
         let names = runs.iter().map(|run| interface.law.as_deref().unwrap_or(&run.law));
         let known: Vec<&str> = names
-            .filter_map(|name| laws::describe(name).ok())
-            .flat_map(|description| description.parameters.iter().map(|p| p.name))
+            .filter_map(|name| registry.find_law(name).ok())
+            .flat_map(|family| family.description().parameters.iter().map(|p| p.name))
             .collect();
         if let Some(parameter) = interface.parameters.keys().find(|p| !known.contains(&p.as_str())) {
             let (interface, parameter) = (interface.label(), parameter.clone());
@@ -89,19 +95,27 @@ pub(super) type Parts<T, const D: usize> = (AnySystem<T, D>, Vec<AnyLaw<T, D>>, 
 ///
 /// # Errors
 /// [`SceneError`] naming what is wrong and its value.
-pub fn build<T: Scalar, const D: usize>(scene: &Scene, run: &Run) -> Result<Planar<T, D>, SceneError> {
-    let (system, laws, q, v) = parts(scene, run)?;
-    let solver = solver::build(&run.solver, stopping(scene))?;
+pub fn build<T: Scalar, const D: usize>(
+    scene: &Scene,
+    run: &PlannedRun,
+    registry: &Registry,
+) -> Result<Planar<T, D>, SceneError> {
+    let (system, laws, q, v) = parts(scene, run, registry)?;
+    let solver = registry.build_solver(&run.solver, stopping(scene))?;
     Ok(ThetaScheme::new(system, laws, solver, settings(scene), T::zero(), q, v)?)
 }
 
 /// What moves in a run, under which laws, from where.
-pub(super) fn parts<T: Scalar, const D: usize>(scene: &Scene, run: &Run) -> Result<Parts<T, D>, SceneError> {
+pub(super) fn parts<T: Scalar, const D: usize>(
+    scene: &Scene,
+    run: &PlannedRun,
+    registry: &Registry,
+) -> Result<Parts<T, D>, SceneError> {
     check_state(scene)?;
     match &scene.solid {
         Some(solid) if scene.bodies.is_empty() => {
             let (mut body, interfaces) = solid.body::<T>(scene)?;
-            let of = |&interface: &usize| scene.interfaces[interface].law(run);
+            let of = |&interface: &usize| scene.interfaces[interface].law(run, registry);
             let laws = interfaces.iter().map(of).collect::<Result<Vec<AnyLaw<T, D>>, _>>()?;
             let n = body.dofs();
             let q = match solid.preload {
@@ -118,7 +132,7 @@ pub(super) fn parts<T: Scalar, const D: usize>(scene: &Scene, run: &Run) -> Resu
                             nalgebra::RealField::max(lit::<T>(PRELOAD), lit::<T>(64.0) * epsilon::<T>());
                         let tolerance = nalgebra::RealField::min(given.tolerance, precise);
                         let stopping = Stopping { tolerance, ..given };
-                        let mut solver = solver::build::<T, D>(&run.solver, stopping)?;
+                        let mut solver = registry.build_solver::<T, D>(&run.solver, stopping)?;
                         equilibrium(&mut body, &friction, &mut *solver, T::zero(), constant_forces)?
                     }
                 },
@@ -135,7 +149,7 @@ pub(super) fn parts<T: Scalar, const D: usize>(scene: &Scene, run: &Run) -> Resu
         Some(_) => Err(SceneError::Mixed),
         None if scene.bodies.is_empty() => Err(SceneError::Empty { what: "body" }),
         None => {
-            let (system, laws) = build_system(scene, run)?;
+            let (system, laws) = build_system(scene, run, registry)?;
             let (mut q, mut v) = (Vec::new(), Vec::new());
             for body in &scene.bodies {
                 q.extend([body.position[0], body.position[1], body.angle].map(lit::<T>));
@@ -176,13 +190,8 @@ fn check_state(scene: &Scene) -> Result<(), SceneError> {
 
 fn settings<T: Scalar>(scene: &Scene) -> Settings<T> {
     let time = &scene.time;
-    let rule = match time.activation {
-        ActivationRuleName::MoreauJean => ActivationRule::MoreauJean,
-        ActivationRuleName::PredictedGap => ActivationRule::PredictedGap,
-        ActivationRuleName::CurrentGap => ActivationRule::CurrentGap,
-    };
     let activation = Activation {
-        rule,
+        rule: time.activation,
         gap_tolerance: time.gap_tolerance.map(lit),
         velocity_tolerance: time.velocity_tolerance.map(lit),
     };
@@ -202,7 +211,8 @@ type SystemAndLaws<T, const D: usize> = (RigidBodies<T>, Vec<AnyLaw<T, D>>);
 
 fn build_system<T: Scalar, const D: usize>(
     scene: &Scene,
-    run: &Run,
+    run: &PlannedRun,
+    registry: &Registry,
 ) -> Result<SystemAndLaws<T, D>, SceneError> {
     let directory = Directory::new(scene)?;
     directory.check_interfaces(scene)?;
@@ -221,7 +231,7 @@ fn build_system<T: Scalar, const D: usize>(
         let id = builder.body(&body.name, Body { mass: lit(body.mass), inertia: lit(body.inertia) })?;
         builder.force(id, body.force.map(lit), lit(body.torque))?;
         for LoadSpec { force, torque, signal } in &body.loads {
-            builder.load(id, force.map(lit), lit(*torque), signal.signal())?;
+            builder.load(id, force.map(lit), lit(*torque), signal.cast())?;
         }
         builder.spring(id, body.stiffness.map(lit))?;
         builder.damper(id, body.damping.map(lit))?;
@@ -261,7 +271,7 @@ fn build_system<T: Scalar, const D: usize>(
         for b in a..sides.len() {
             if let Some(interface) = Directory::interface_between(&sides[a], &sides[b]) {
                 builder.interface(ids[a], ids[b])?;
-                laws.push(scene.interfaces[interface].law(run)?);
+                laws.push(scene.interfaces[interface].law(run, registry)?);
             }
         }
     }

@@ -1,6 +1,7 @@
 //! Why a scene could not be read or built.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use crate::adaptive::AdaptiveError;
 use crate::laws::LawError;
@@ -10,15 +11,16 @@ use crate::solver::UnknownSolver;
 use crate::system::{ElasticError, PreloadError, SystemError};
 
 /// Why a scene could not be read or built.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, thiserror::Error)]
+#[non_exhaustive]
 pub enum SceneError {
     /// The file cannot be read.
-    #[error("cannot read the scene {}: {message}", path.display())]
+    #[error("cannot read the scene {}: {source}", path.display())]
     Read {
         /// The file.
         path: PathBuf,
         /// What the system says.
-        message: String,
+        source: Arc<std::io::Error>,
     },
     /// The file is not a scene.
     #[error("{}:{line}:{column}: {message}", path.display())]

@@ -1,9 +1,10 @@
 //! From a scene and a run to its event-driven motion.
 
 use super::build::{AnyLaw, AnySystem, parts, stopping};
-use super::{Run, Scene, SceneError};
+use super::{PlannedRun, Scene, SceneError};
 use crate::event_driven::{EventError, Motion, Settings, integrate};
-use crate::solver::{self, ConeSolver};
+use crate::registry::Registry;
+use crate::solver::ConeSolver;
 
 /// The event-driven integration of a run, ready to start at time 0.
 #[derive(Debug)]
@@ -37,8 +38,12 @@ impl<const D: usize> EventDriven<D> {
 ///
 /// # Errors
 /// [`SceneError`] naming what is wrong and its value.
-pub fn event_driven<const D: usize>(scene: &Scene, run: &Run) -> Result<EventDriven<D>, SceneError> {
-    let (system, laws, q, v) = parts(scene, run)?;
-    let solver = solver::build(&run.solver, stopping(scene))?;
+pub fn event_driven<const D: usize>(
+    scene: &Scene,
+    run: &PlannedRun,
+    registry: &Registry,
+) -> Result<EventDriven<D>, SceneError> {
+    let (system, laws, q, v) = parts(scene, run, registry)?;
+    let solver = registry.build_solver(&run.solver, stopping(scene))?;
     Ok(EventDriven { system, laws, solver, q, v, end: scene.time.end })
 }

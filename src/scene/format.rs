@@ -2,11 +2,13 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde::Deserialize;
 
-use super::{SceneError, SignalSpec, SolidSpec, TimeSpec};
+use super::{SceneError, SolidSpec, TimeSpec};
 use crate::observe::Units;
+use crate::system::Signal;
 
 /// A scene of planar rigid bodies, or of one elastic body. Units are SI (m, kg, s, N, rad), or any other consistent
 /// set: mm, ms, g makes MPa, N, mJ.
@@ -62,6 +64,7 @@ fn default_solvers() -> Vec<String> {
 
 /// A consistent set of units.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[non_exhaustive]
 pub enum UnitsName {
     /// m, s, kg, and so N, J (default).
     #[default]
@@ -84,6 +87,7 @@ impl UnitsName {
 
 /// Arithmetic of a run.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum ScalarName {
     /// Double precision (default).
@@ -91,19 +95,6 @@ pub enum ScalarName {
     F64,
     /// Single precision.
     F32,
-}
-
-/// Name of an active-set rule, see [`crate::scheme::ActivationRule`].
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ActivationRuleName {
-    /// Rule (55) of the paper (default).
-    #[default]
-    MoreauJean,
-    /// Predicted gap alone.
-    PredictedGap,
-    /// Gap at the start of the step alone.
-    CurrentGap,
 }
 
 /// Settings of the solvers.
@@ -114,7 +105,7 @@ pub struct SolverSpec {
     pub tolerance: Option<f64>,
     /// Budget of one solve, in the iterations of the solver.
     pub max_iterations: Option<usize>,
-    /// Budget of one solve in seconds.
+    /// Budget of one solve (s).
     pub max_seconds: Option<f64>,
 }
 
@@ -171,8 +162,8 @@ pub struct BodySpec {
     /// Forces that vary in time, added to the constant one.
     #[serde(default)]
     pub loads: Vec<LoadSpec>,
-    /// Springs to the ground, along x, along y and in rotation (N/m, N/m, N m/rad); without force at position (0, 0)
-    /// and angle 0.
+    /// Springs to the ground, along x, along y and in rotation (N/m, N/m, N m/rad); without force at the origin and at
+    /// angle 0.
     #[serde(default)]
     pub stiffness: [f64; 3],
     /// Dampers to the ground, likewise (N s/m, N s/m, N m s).
@@ -198,7 +189,7 @@ pub struct LoadSpec {
     pub torque: f64,
     /// Signal; constant where absent.
     #[serde(default)]
-    pub signal: SignalSpec,
+    pub signal: Signal<f64>,
 }
 
 /// A convex polygon of a body.
@@ -254,7 +245,7 @@ pub struct HalfPlaneSpec {
     /// A point of its boundary (m).
     #[serde(default)]
     pub point: [f64; 2],
-    /// Outward normal, of any length: bodies stay on the side it points to.
+    /// Outward normal (dimensionless), of any length: bodies stay on the side it points to.
     pub normal: [f64; 2],
 }
 
@@ -267,9 +258,16 @@ pub struct InterfaceSpec {
     pub between: [String; 2],
     /// A law this interface keeps in every run, in place of the law of the run.
     pub law: Option<String>,
-    /// Parameters of the law by name; a law takes those it has.
+    /// Parameters of the law by name (of each parameter its own); a law takes those it has.
     #[serde(default)]
     pub parameters: BTreeMap<String, f64>,
+}
+
+impl OutputSpec {
+    /// Steps between rows of `trajectory.csv`.
+    pub fn trajectory_every(&self) -> usize {
+        self.trajectory_every.or(self.every).unwrap_or(1)
+    }
 }
 
 impl Scene {
@@ -277,9 +275,10 @@ impl Scene {
     ///
     /// # Errors
     /// [`SceneError::Read`], [`SceneError::Parse`] with line and column.
-    pub fn read(path: &Path) -> Result<Self, SceneError> {
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, SceneError> {
+        let path = path.as_ref();
         let text = std::fs::read_to_string(path)
-            .map_err(|source| SceneError::Read { path: path.into(), message: source.to_string() })?;
+            .map_err(|source| SceneError::Read { path: path.into(), source: Arc::new(source) })?;
         Self::parse(&text, path)
     }
 

@@ -11,22 +11,21 @@ mod error;
 mod event_driven;
 mod fingerprint;
 mod format;
+mod instance;
 mod names;
 mod plan;
 mod solid;
 mod time;
 
-pub use build::{Planar, PlanarAdaptive, PlanarStepper, build, contact_dimension};
+pub use build::{Planar, PlanarAdaptive, build, contact_dimension};
 pub use error::{SceneError, line_and_column};
 pub use event_driven::{EventDriven, event_driven};
 pub use fingerprint::Fingerprint;
 pub use format::{
-    ActivationRuleName, BodySpec, DiscSpec, HalfPlaneSpec, InterfaceSpec, JointSpec, LoadSpec, OutputSpec,
-    PolygonSpec, ScalarName, Scene, SolverSpec, UnitsName,
+    BodySpec, DiscSpec, HalfPlaneSpec, InterfaceSpec, JointSpec, LoadSpec, OutputSpec, PolygonSpec,
+    ScalarName, Scene, SolverSpec, UnitsName,
 };
-pub use plan::{Overrides, Run};
-pub use solid::{
-    AxisName, HypothesisName, MassName, MeshSpec, PatternName, PreloadSpec, PrescribedSpec, SignalSpec,
-    SolidSpec, SupportName, TractionSpec,
-};
+pub use instance::{InKind, in_kind};
+pub use plan::{Overrides, PlannedRun};
+pub use solid::{MeshSpec, PreloadSpec, PrescribedSpec, SolidSpec, SupportName, TractionSpec};
 pub use time::{AdaptiveSpec, TimeSpec};

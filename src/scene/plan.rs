@@ -1,7 +1,7 @@
 //! The runs a scene asks for: every law with every solver, after what the caller overrides.
 
 use super::{AdaptiveSpec, ScalarName, Scene, SceneError};
-use crate::{laws, solver};
+use crate::registry::Registry;
 
 /// What a caller may change of a scene; `None` and empty lists leave it as it is.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -30,7 +30,7 @@ pub struct Overrides {
 
 /// One run of a scene.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Run {
+pub struct PlannedRun {
     /// Law of the interfaces that keep none of their own.
     pub law: String,
     /// Cone solver.
@@ -73,17 +73,17 @@ impl Scene {
     ///
     /// # Errors
     /// [`SceneError::Empty`], an unknown law or solver, a step or an end time out of range.
-    pub fn runs(&self) -> Result<Vec<Run>, SceneError> {
+    pub fn runs(&self, registry: &Registry) -> Result<Vec<PlannedRun>, SceneError> {
         for (what, empty) in [("law", self.laws.is_empty()), ("solver", self.solvers.is_empty())] {
             if empty {
                 return Err(SceneError::Empty { what });
             }
         }
         for law in &self.laws {
-            laws::describe(law).map_err(SceneError::UnknownLaw)?;
+            registry.find_law(law).map_err(SceneError::UnknownLaw)?;
         }
         for name in &self.solvers {
-            solver::describe(name)?;
+            registry.find_solver(name)?;
         }
         for names in [&self.laws, &self.solvers] {
             // A run is known by its law and its solver: twice the same would overwrite its own results.
@@ -106,7 +106,7 @@ impl Scene {
         let with_solvers =
             |law: &String| self.solvers.iter().map(|s| (law.clone(), s.clone())).collect::<Vec<_>>();
         let pairs = self.laws.iter().flat_map(with_solvers);
-        Ok(pairs.map(|(law, solver)| Run { law, solver, steps }).collect())
+        Ok(pairs.map(|(law, solver)| PlannedRun { law, solver, steps }).collect())
     }
 
     fn steps(&self) -> Result<usize, SceneError> {

@@ -20,21 +20,21 @@ pub struct SolidSpec {
     pub mesh: MeshSpec,
     /// Young's modulus (Pa).
     pub young: f64,
-    /// Poisson's ratio; without effect on bars.
+    /// Poisson's ratio (dimensionless); without effect on bars.
     #[serde(default)]
     pub poisson: f64,
     /// Density (kg/m³).
     pub density: f64,
-    /// Thickness in the plane (m), cross-section of a bar (m²).
+    /// Thickness in the plane, cross-section of a bar (m; of a bar m²).
     #[serde(default = "one")]
     pub section: f64,
     /// Plane stress (default) or plane strain.
     #[serde(default)]
-    pub hypothesis: HypothesisName,
+    pub hypothesis: Hypothesis,
     /// Consistent (default) or lumped mass.
     #[serde(default)]
-    pub mass: MassName,
-    /// Rayleigh damping C = α M + β K: [α (1/s), β (s)].
+    pub mass: MassForm,
+    /// Rayleigh damping C = α M + β K: `[α, β]` (1/s, s).
     #[serde(default)]
     pub rayleigh: [f64; 2],
     /// Uniform initial velocity (m/s).
@@ -60,53 +60,20 @@ fn one() -> f64 {
 pub struct MeshSpec {
     /// Gmsh file (MSH 4.1 or 2.2), relative to the folder of the scene.
     pub file: Option<PathBuf>,
-    /// Width and height of a rectangle with a corner at the origin; groups `bottom`, `right`, `top`, `left`, `body`.
+    /// Width and height (m) of a rectangle with a corner at the origin; groups `bottom`, `right`, `top`, `left`, `body`.
     pub rectangle: Option<[f64; 2]>,
-    /// Length of elements of a rectangle.
+    /// Length of elements of a rectangle (m).
     pub size: Option<f64>,
     /// How a rectangle is triangulated.
     #[serde(default)]
-    pub pattern: PatternName,
-    /// Length of a bar from the origin; groups `left`, `right`, `body`.
+    pub pattern: Pattern,
+    /// Length of a bar from the origin (m); groups `left`, `right`, `body`.
     pub interval: Option<f64>,
     /// Number of elements of a bar.
     pub elements: Option<usize>,
     /// New names of groups of a built-in mesh, by the old ones.
     #[serde(default)]
     pub groups: BTreeMap<String, String>,
-}
-
-/// Name of a [`Pattern`].
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum PatternName {
-    /// Nearly equilateral triangles (default).
-    #[default]
-    Quality,
-    /// Right triangles.
-    Structured,
-}
-
-/// Name of a [`Hypothesis`].
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum HypothesisName {
-    /// σ_zz = 0 (default).
-    #[default]
-    PlaneStress,
-    /// ε_zz = 0.
-    PlaneStrain,
-}
-
-/// Name of a [`MassForm`].
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum MassName {
-    /// Consistent (default).
-    #[default]
-    Consistent,
-    /// Lumped.
-    Lumped,
 }
 
 /// Static preload.
@@ -124,6 +91,7 @@ pub struct PreloadSpec {
 /// What the nodes that may touch do in the preload.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum SupportName {
     /// Held in every direction (default).
     #[default]
@@ -155,22 +123,12 @@ pub struct PrescribedSpec {
     /// Group of the mesh.
     pub group: String,
     /// Component.
-    pub axis: AxisName,
+    pub axis: Axis,
     /// Displacement (m), times the signal.
     pub value: f64,
     /// Signal; constant where absent.
     #[serde(default)]
-    pub signal: SignalSpec,
-}
-
-/// Name of a component.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum AxisName {
-    /// Along x.
-    X,
-    /// Along y.
-    Y,
+    pub signal: Signal<f64>,
 }
 
 /// A traction on a group of edges (points, for a bar).
@@ -183,62 +141,7 @@ pub struct TractionSpec {
     pub stress: [f64; 2],
     /// Signal; constant where absent.
     #[serde(default)]
-    pub signal: SignalSpec,
-}
-
-/// A signal, see [`Signal`].
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
-#[serde(rename_all = "lowercase", deny_unknown_fields)]
-pub enum SignalSpec {
-    /// 1 (default).
-    #[default]
-    Constant,
-    /// sin 2π(f t + φ).
-    Sine {
-        /// f (1/s).
-        frequency: f64,
-        /// φ, as a fraction of the period.
-        #[serde(default)]
-        phase: f64,
-    },
-    /// sgn sin 2π(f t + φ).
-    Square {
-        /// f (1/s).
-        frequency: f64,
-        /// φ, as a fraction of the period.
-        #[serde(default)]
-        phase: f64,
-    },
-    /// From 0 at `start` to 1 at `end`.
-    Ramp {
-        /// Where it leaves 0 (s).
-        #[serde(default)]
-        start: f64,
-        /// Where it reaches 1 (s).
-        end: f64,
-    },
-    /// Linear between points.
-    Table {
-        /// Times (s).
-        times: Vec<f64>,
-        /// Values.
-        values: Vec<f64>,
-    },
-}
-
-impl SignalSpec {
-    pub(super) fn signal<T: Scalar>(&self) -> Signal<T> {
-        let all = |values: &[f64]| values.iter().map(|&x| lit(x)).collect();
-        match self {
-            Self::Constant => Signal::Constant,
-            &Self::Sine { frequency, phase } => Signal::Sine { frequency: lit(frequency), phase: lit(phase) },
-            &Self::Square { frequency, phase } => {
-                Signal::Square { frequency: lit(frequency), phase: lit(phase) }
-            }
-            &Self::Ramp { start, end } => Signal::Ramp { start: lit(start), end: lit(end) },
-            Self::Table { times, values } => Signal::Table { times: all(times), values: all(values) },
-        }
-    }
+    pub signal: Signal<f64>,
 }
 
 impl MeshSpec {
@@ -251,12 +154,8 @@ impl MeshSpec {
         let mut mesh = match (&self.file, self.rectangle, self.interval) {
             (Some(file), None, None) => Mesh::read(&folder.join(file))?,
             (None, Some([width, height]), None) => {
-                let pattern = match self.pattern {
-                    PatternName::Quality => Pattern::Quality,
-                    PatternName::Structured => Pattern::Structured,
-                };
                 let size = self.size.ok_or_else(|| format("mesh.rectangle needs mesh.size"))?;
-                rectangle(width, height, size, pattern)?
+                rectangle(width, height, size, self.pattern)?
             }
             (None, None, Some(length)) => {
                 let elements = self.elements.ok_or_else(|| format("mesh.interval needs mesh.elements"))?;
@@ -280,27 +179,20 @@ impl SolidSpec {
             poisson: lit(self.poisson),
             density: lit(self.density),
             section: lit(self.section),
-            hypothesis: match self.hypothesis {
-                HypothesisName::PlaneStress => Hypothesis::PlaneStress,
-                HypothesisName::PlaneStrain => Hypothesis::PlaneStrain,
-            },
+            hypothesis: self.hypothesis,
         };
         let mesh = self.mesh.mesh(&scene.folder)?;
         let groups: Vec<String> = mesh.group_names().map(String::from).collect();
         let mut builder = ElasticBody::builder(&self.name, mesh, material)?;
-        builder.mass(match self.mass {
-            MassName::Consistent => MassForm::Consistent,
-            MassName::Lumped => MassForm::Lumped,
-        });
+        builder.mass(self.mass);
         let [alpha, beta] = self.rayleigh.map(lit);
         builder.rayleigh(alpha, beta)?;
         builder.gravity(scene.gravity.map(lit))?;
         for PrescribedSpec { group, axis, value, signal } in &self.prescribed {
-            let axis = if *axis == AxisName::X { Axis::X } else { Axis::Y };
-            builder.prescribe(group, axis, lit(*value), signal.signal())?;
+            builder.prescribe(group, *axis, lit(*value), signal.cast())?;
         }
         for TractionSpec { group, stress, signal } in &self.tractions {
-            builder.traction(group, stress.map(lit), signal.signal())?;
+            builder.traction(group, stress.map(lit), signal.cast())?;
         }
         let mut interfaces = Vec::new();
         for (index, spec) in scene.interfaces.iter().enumerate() {

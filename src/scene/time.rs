@@ -3,32 +3,32 @@
 use serde::de::{self, Visitor};
 use serde::{Deserialize, Deserializer};
 
-use super::format::ActivationRuleName;
 use crate::adaptive::AdaptiveSettings;
 use crate::scalar::{Scalar, lit};
+use crate::scheme::ActivationRule;
 
 /// Time stepping.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(try_from = "TimeFields")]
 pub struct TimeSpec {
-    /// Time step h > 0 (s); under error control a first guess.
+    /// Time step h > 0 (s), or `"adaptive"`: lengths chosen by error control.
     pub step: f64,
     /// Error control, where the file says `step = "adaptive"`.
     pub adaptive: Option<AdaptiveSpec>,
     /// End of the run (s); it starts at 0.
     pub end: f64,
-    /// Scheme parameter θ ∈ [0, 1].
+    /// Scheme parameter θ ∈ [0, 1] (dimensionless).
     pub theta: f64,
     /// Accept a θ outside the interval in which a law is proved dissipative.
     pub allow_unproved_theta: bool,
     /// Contacts that carried a percussion and are slow are no impacts; `false` takes the rule of the active set literally.
     pub lasting: bool,
-    /// θ ∈ [½, 1] of islands all of whose contacts last.
+    /// θ ∈ [½, 1] (dimensionless) of islands all of whose contacts last.
     pub theta_rest: f64,
     /// Leave bodies at rest out of the steps until something touches them; goes with fixed steps alone.
     pub sleep: bool,
     /// Rule of the active set.
-    pub activation: ActivationRuleName,
+    pub activation: ActivationRule,
     /// Tolerance of the rule on the gap (m); scales with the scene where absent.
     pub gap_tolerance: Option<f64>,
     /// Tolerance of the rule on the normal velocity (m/s), above what the solver leaves; scales with the scene where
@@ -41,15 +41,15 @@ pub struct TimeSpec {
 /// Error control, see [`crate::adaptive`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AdaptiveSpec {
-    /// ε, the error aimed at as a share of the scene's length.
+    /// ε, the error aimed at as a share of the scene's length (dimensionless); needed by error control, and goes with it alone.
     pub tolerance: f64,
-    /// Length of the first step tried (s).
+    /// Length of the first step tried (s); a hundredth of the span where absent. Of error control alone.
     pub first_step: Option<f64>,
-    /// Smallest length of a step (s).
+    /// Smallest length of a step (s). Of error control alone.
     pub min_step: Option<f64>,
-    /// Largest length of a step (s).
+    /// Largest length of a step (s); a tenth of the span where absent. Of error control alone.
     pub max_step: Option<f64>,
-    /// Largest number of steps computed in a thousandth of the span.
+    /// Largest number of steps computed in a thousandth of the span; 500,000 where absent. Of error control alone.
     pub max_steps: Option<usize>,
 }
 
@@ -100,7 +100,7 @@ struct TimeFields {
     #[serde(default)]
     sleep: bool,
     #[serde(default)]
-    activation: ActivationRuleName,
+    activation: ActivationRule,
     gap_tolerance: Option<f64>,
     velocity_tolerance: Option<f64>,
     joint_tolerance: Option<f64>,

@@ -5,6 +5,7 @@ use crate::system::Scales;
 
 /// The rule of the active set.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "scene", derive(serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum ActivationRule {
     /// The paper's rule (55): g^α(q_k + h v_k) ≤ 0 and u^α_{N,k} ≤ 0. Default.
     ///

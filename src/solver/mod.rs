@@ -17,6 +17,7 @@ mod conic_program;
 mod control;
 #[cfg(feature = "clarabel")]
 mod convex_fixed_point;
+mod entry;
 mod error;
 mod extragradient;
 #[cfg(feature = "clarabel")]
@@ -39,6 +40,7 @@ pub use cone_solver::{Accuracy, ConeSolver, Description, Iteration, Method, Solu
 pub use control::{Control, Progress, Stopping, StoppingError, default_tolerance};
 #[cfg(feature = "clarabel")]
 pub use convex_fixed_point::{ConvexFixedPoint, ConvexFixedPointSettings, Polish};
+pub use entry::{SolverEntry, family};
 #[cfg(feature = "clarabel")]
 pub use error::ProgramError;
 pub use error::{Breakdown, BreakdownCause, Origin, RescueAttempt, RescueFailure, SolveError};
@@ -49,7 +51,7 @@ pub use hybrid::{Hybrid, HybridSettings};
 pub use newton::Formulation;
 pub use nsgs::{Nsgs, NsgsSettings};
 pub use proximal_newton::{ProximalNewton, ProximalNewtonSettings};
-pub use registry::{DEFAULT, SOLVERS, UnknownSolver, build, describe};
+pub use registry::{DEFAULT, SOLVERS, UnknownSolver, build, describe, families};
 pub use rescue::{RESCUE_TIME, rescue, solve_or_rescue};
 pub use semismooth_newton::{SemismoothNewton, SemismoothNewtonSettings};
 pub use settings::{Interval, SettingsError};

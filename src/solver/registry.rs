@@ -4,6 +4,7 @@ use super::cone_solver::{ConeSolver, Description, Method};
 use super::control::{Stopping, StoppingError};
 #[cfg(feature = "clarabel")]
 use super::convex_fixed_point;
+use super::entry::SolverEntry;
 use super::settings::SettingsError;
 use super::{admm, extragradient, hybrid, nsgs, proximal_newton, semismooth_newton};
 use crate::scalar::Scalar;
@@ -22,6 +23,16 @@ pub enum UnknownSolver {
         /// The registered names.
         known: String,
     },
+    /// The solver is not there in this arithmetic and contact dimension.
+    #[error("solver `{solver}` cannot be had in {scalar} with contacts of dimension {dimension}")]
+    Unsupported {
+        /// Name of the solver.
+        solver: &'static str,
+        /// The arithmetic.
+        scalar: &'static str,
+        /// Contact dimension.
+        dimension: usize,
+    },
     /// The stopping rule is out of range.
     #[error(transparent)]
     Stopping(#[from] StoppingError),
@@ -35,6 +46,11 @@ macro_rules! register {
         /// Every registered solver.
         pub const SOLVERS: &[Description] =
             &[$($(#[$meta])* <$module::$solver<f64, 3> as Method<f64, 3>>::DESCRIPTION),+];
+
+        /// The registered families, in the order of registration.
+        pub fn families() -> Vec<SolverEntry> {
+            vec![$($(#[$meta])* crate::solver::family!($module::$solver<T, D>)),+]
+        }
 
         /// Builds a registered solver.
         ///

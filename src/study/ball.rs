@@ -1,8 +1,10 @@
 //! The closed form of a body that bounces on a half-plane.
 
+use super::ReferenceError;
 use super::reference::{Reference, visit_between};
 use crate::laws::{Approach, ContactLaw};
-use crate::scene::{Planar, Run, Scene, build};
+use crate::registry::Registry;
+use crate::scene::{Planar, PlannedRun, Scene, build};
 
 /// A frictionless disc thrown on a half-plane: parabolas, impacts u⁺ = −e u⁻, and rest from the accumulation point on,
 /// t₁ + (2 w/G) e/(1−e) with the speed w of the first impact at t₁ and the acceleration G towards the plane.
@@ -39,7 +41,7 @@ fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
 
 impl Ball {
     /// The motion of a scene; an error says what the scene would have to be.
-    pub(super) fn new(scene: &Scene, run: &Run) -> Result<Self, String> {
+    pub(super) fn new(scene: &Scene, run: &PlannedRun, registry: &Registry) -> Result<Self, ReferenceError> {
         let ([body], [plane], [_]) = (&scene.bodies[..], &scene.half_planes[..], &scene.interfaces[..])
         else {
             return Err("one body, one half-plane and one interface".into());
@@ -49,9 +51,9 @@ impl Ball {
             _ => return Err("a body with one disc, and no joint".into()),
         };
         if disc.centre != [0.0, 0.0] {
-            return Err(format!("the disc centred in the body, not at {:?}", disc.centre));
+            return Err(format!("the disc centred in the body, not at {:?}", disc.centre).into());
         }
-        let scheme: Planar<f64, 1> = build(scene, run).map_err(|error| error.to_string())?;
+        let scheme: Planar<f64, 1> = build(scene, run, registry)?;
         let e = restitution(&*scheme.laws()[0])?;
 
         let length = plane.normal[0].hypot(plane.normal[1]);
@@ -65,7 +67,8 @@ impl Ball {
             return Err(format!(
                 "a gap ≥ 0 at the start and a pull towards the plane > 0, not {} and {pull}",
                 gap[0]
-            ));
+            )
+            .into());
         }
         let mut ball = Self {
             mass: body.mass,
@@ -134,7 +137,7 @@ impl Ball {
 }
 
 /// e of a law with u⁺ = −e u⁻ in frictionless impacts; it must not depend on the speed.
-fn restitution(law: &dyn ContactLaw<f64, 1>) -> Result<f64, String> {
+fn restitution(law: &dyn ContactLaw<f64, 1>) -> Result<f64, ReferenceError> {
     let of = |speed: f64| {
         let before = nalgebra::SVector::from([-speed]);
         -law.respond(&Approach::impact(before, 0.5)).b_shift(&before)[0] / speed

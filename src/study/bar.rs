@@ -1,7 +1,9 @@
 //! The closed form of an elastic bar that hits a wall.
 
+use super::ReferenceError;
 use super::reference::Reference;
-use crate::scene::{Planar, Run, Scene, build};
+use crate::registry::Registry;
+use crate::scene::{Planar, PlannedRun, Scene, build};
 
 /// The impacting bar of Doyen, Ern & Piperno (2011), doi:10.1137/100791440, by d'Alembert: a front leaves the wall at
 /// the speed c = √(E/ρ) and stops the bar, comes back from the free end and throws it off at v₀. Contact lasts 2L/c with
@@ -26,7 +28,7 @@ pub(super) struct Bar {
 
 impl Bar {
     /// The motion of a scene; an error says what the scene would have to be.
-    pub(super) fn new(scene: &Scene, run: &Run) -> Result<Self, String> {
+    pub(super) fn new(scene: &Scene, run: &PlannedRun, registry: &Registry) -> Result<Self, ReferenceError> {
         let (Some(solid), [plane], [_]) = (&scene.solid, &scene.half_planes[..], &scene.interfaces[..])
         else {
             return Err("a solid, one half-plane and one interface".into());
@@ -43,7 +45,7 @@ impl Bar {
         if plane.normal[1] != 0.0 {
             return Err("a wall across the bar".into());
         }
-        let scheme: Planar<f64, 1> = build(scene, run).map_err(|error| error.to_string())?;
+        let scheme: Planar<f64, 1> = build(scene, run, registry)?;
         let geometry = scheme.system().geometry().ok_or("an elastic body")?;
         let nodes = geometry.mesh().nodes();
         if geometry.mesh().dimension() != 1 {

@@ -8,7 +8,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::journal::Journal;
-use super::{Progress, StudyError, StudyOptions};
+use super::{StudyError, StudyOptions, StudyProgress};
 
 /// A list of tasks whose outcomes do not depend on each other.
 pub(super) trait Tasks: Sync {
@@ -35,7 +35,7 @@ pub(super) fn complete<W: Tasks>(
     folder: &Path,
     options: &StudyOptions,
     stop: &AtomicBool,
-    tell: &mut dyn FnMut(Progress),
+    tell: &mut dyn FnMut(StudyProgress),
 ) -> Result<Vec<Option<W::Outcome>>, StudyError> {
     let (mut journal, mut known) = Journal::open::<W::Outcome>(folder, options.fresh)?;
     let keys = tasks.keys();
@@ -44,14 +44,14 @@ pub(super) fn complete<W: Tasks>(
     open.sort_by(|&a, &b| tasks.cost(b).total_cmp(&tasks.cost(a)));
     let total = keys.len();
     let mut done = total - open.len();
-    tell(Progress { done, known: done, total });
+    tell(StudyProgress { done, known: done, total });
     let start = done;
     tasks.prepare(&open, stop)?;
     spread(options.threads, &open, stop, &|task, stop| tasks.work(task, stop), &mut |task, outcome| {
         journal.add(keys[task], &outcome)?;
         outcomes[task] = Some(outcome);
         done += 1;
-        tell(Progress { done, known: start, total });
+        tell(StudyProgress { done, known: start, total });
         Ok(())
     })?;
     Ok(outcomes)

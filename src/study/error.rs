@@ -3,10 +3,46 @@
 use std::path::{Path, PathBuf};
 
 use crate::collection::CollectionError;
+use crate::event_driven::EventError;
 use crate::scene::{SceneError, line_and_column};
+use crate::simulate::SimulateError;
+
+/// Why a reference could not be made.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReferenceError {
+    /// A closed form does not know the motion of this scene.
+    #[error("{needs}")]
+    Unknown {
+        /// What the scene would have to be.
+        needs: String,
+    },
+    /// The scene cannot be built.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The event-driven integration failed.
+    #[error(transparent)]
+    Motion(#[from] EventError),
+    /// The run with the finest step failed.
+    #[error(transparent)]
+    Run(#[from] SimulateError),
+}
+
+impl From<&str> for ReferenceError {
+    fn from(needs: &str) -> Self {
+        Self::Unknown { needs: needs.into() }
+    }
+}
+
+impl From<String> for ReferenceError {
+    fn from(needs: String) -> Self {
+        Self::Unknown { needs }
+    }
+}
 
 /// Why a study could not be read or run.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum StudyError {
     /// A file cannot be read or written.
     #[error("{}: {source}", path.display())]
@@ -68,14 +104,14 @@ pub enum StudyError {
         most: usize,
     },
     /// The reference does not know the motion of the scene.
-    #[error("the reference `{reference}` does not know this motion ({settings}): {message}")]
+    #[error("the reference `{reference}` does not know this motion ({settings}): {source}")]
     Reference {
         /// Name of the reference.
         reference: String,
         /// The settings it was asked for.
         settings: String,
-        /// What the scene would have to be.
-        message: String,
+        /// Why.
+        source: ReferenceError,
     },
     /// Another program is at work in the folder of the results.
     #[error("{}: another study writes here", path.display())]
@@ -84,12 +120,12 @@ pub enum StudyError {
         path: PathBuf,
     },
     /// A table could not be written.
-    #[error("{}: {message}", path.display())]
+    #[error("{}: {source}", path.display())]
     Table {
         /// The table.
         path: PathBuf,
         /// What went wrong.
-        message: String,
+        source: csv::Error,
     },
     /// A problem file or a solver cannot be used.
     #[error(transparent)]

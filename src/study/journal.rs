@@ -54,13 +54,10 @@ impl Journal {
 
     /// Adds an outcome.
     pub(super) fn add<R: Serialize>(&mut self, key: u64, outcome: &R) -> Result<(), StudyError> {
-        let table = |error: &dyn std::fmt::Display| StudyError::Table {
-            path: self.path.clone(),
-            message: error.to_string(),
-        };
+        let table = |source| StudyError::Table { path: self.path.clone(), source };
         let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
-        writer.serialize((key, outcome)).map_err(|error| table(&error))?;
-        let line = writer.into_inner().map_err(|error| table(&error))?;
+        writer.serialize((key, outcome)).map_err(table)?;
+        let line = writer.into_inner().map_err(|error| table(error.into_error().into()))?;
         self.file.write_all(&line).map_err(|source| StudyError::io(&self.path, source))
     }
 }

@@ -99,16 +99,18 @@ mod tables;
 
 use std::path::Path;
 
-pub use error::StudyError;
+use crate::registry::Registry;
+
+pub use error::{ReferenceError, StudyError};
 pub use errors::{ErrorRecorder, Errors, Norm};
 pub use format::{BudgetSpec, MarkSpec, ReferenceSpec};
 pub use lines::{Bin, Line, MEASURES, Measure, Order, Point};
 pub use plan::SceneStudy;
 pub use problems::{ProblemResults, ProblemStudy};
 pub use reference::Reference;
-pub use run::Outcome;
+pub use run::RunOutcome;
 pub use scene::{Row, SceneResults};
-pub use settings::{Settings, Stepping};
+pub use settings::{RunSettings, Stepping};
 
 /// How a study is run.
 #[derive(Debug, Clone, PartialEq)]
@@ -134,7 +136,7 @@ impl Default for StudyOptions {
 
 /// How far a study is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Progress {
+pub struct StudyProgress {
     /// Runs whose outcome is there.
     pub done: usize,
     /// Those of them that an earlier study left.
@@ -157,14 +159,14 @@ impl Study {
     ///
     /// # Errors
     /// [`StudyError`] with the place of what is wrong.
-    pub fn read(path: &Path) -> Result<Self, StudyError> {
+    pub fn read(path: &Path, registry: &Registry) -> Result<Self, StudyError> {
         let text = std::fs::read_to_string(path).map_err(|source| StudyError::io(path, source))?;
         let (file, blocks) = format::StudyFile::parse(&text, path)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         if let Some(scene) = &file.scene {
             let scene = folder.join(scene);
-            return Ok(Self::Scene(Box::new(SceneStudy::new(file, blocks, &text, path, scene)?)));
+            return Ok(Self::Scene(Box::new(SceneStudy::new(registry, file, blocks, &text, path, scene)?)));
         }
-        Ok(Self::Problems(ProblemStudy::new(file, &blocks, &text, path)?))
+        Ok(Self::Problems(ProblemStudy::new(registry, file, &blocks, &text, path)?))
     }
 }

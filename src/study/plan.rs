@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 use toml::Value;
 
 use super::format::{Axis, MarkSpec, ReferenceSpec, StudyFile};
-use super::settings::{SHORT, Settings, changes};
+use super::settings::{RunSettings, SHORT, changes};
 use super::{StudyError, references};
 use crate::observe::Units;
-use crate::scene::{Fingerprint, Run, Scene, contact_dimension};
+use crate::registry::Registry;
+use crate::scene::{Fingerprint, PlannedRun, Scene, contact_dimension};
 
 /// Runs a study may have.
 const MOST_RUNS: usize = 100_000;
@@ -17,10 +18,10 @@ const MOST_RUNS: usize = 100_000;
 /// A run of a study.
 #[derive(Debug, Clone)]
 pub(super) struct Job {
-    pub(super) settings: Settings,
+    pub(super) settings: RunSettings,
     /// The scene with the settings.
     pub(super) scene: Scene,
-    pub(super) run: Run,
+    pub(super) run: PlannedRun,
     pub(super) dimension: usize,
     /// What all of the run depends on.
     pub(super) key: Fingerprint,
@@ -40,6 +41,7 @@ pub struct SceneStudy {
     /// Keys of the scene that the study varies.
     pub(super) keys: Vec<String>,
     pub(super) jobs: Vec<Job>,
+    pub(super) registry: Registry,
 }
 
 /// The order in which lists are run through, the slowest first; other keys come before the steps.
@@ -47,6 +49,7 @@ const ORDER: [&str; 5] = ["law", "theta", "scalar", "solver", "tolerance"];
 
 impl SceneStudy {
     pub(super) fn new(
+        registry: &Registry,
         file: StudyFile,
         blocks: Vec<Vec<Axis>>,
         text: &str,
@@ -66,7 +69,7 @@ impl SceneStudy {
         let blocks = if blocks.is_empty() { vec![Vec::new()] } else { blocks };
         for mut block in blocks {
             for axis in &block {
-                check_axis(axis, &base, &scene).map_err(|refused| refused.at(axis, text, path))?;
+                check_axis(axis, &base, &scene, registry).map_err(|refused| refused.at(axis, text, path))?;
             }
             let rank = |axis: &Axis| match ORDER.iter().position(|key| *key == axis.key) {
                 Some(place) => place,
@@ -76,7 +79,7 @@ impl SceneStudy {
             block.sort_by_key(rank);
             keys.extend(block.iter().filter(|axis| !is_short(&axis.key)).map(|axis| axis.key.clone()));
             for choice in product(&block)? {
-                jobs.extend(of_choice(&base, &scene, &choice)?);
+                jobs.extend(of_choice(&base, &scene, &choice, registry)?);
                 if jobs.len() > MOST_RUNS {
                     return Err(StudyError::TooMany { runs: jobs.len(), most: MOST_RUNS });
                 }
@@ -96,7 +99,8 @@ impl SceneStudy {
                 return Err(StudyError::parse(path, text, 0, message));
             }
         }
-        Ok(Self { title: file.title, units, reference, mark: file.mark, keys: names, jobs })
+        let registry = registry.clone();
+        Ok(Self { title: file.title, units, reference, mark: file.mark, keys: names, jobs, registry })
     }
 }
 
@@ -124,7 +128,7 @@ impl Refused {
 }
 
 /// Whether the scene takes each of the values.
-fn check_axis(axis: &Axis, base: &toml::Table, scene: &Path) -> Result<(), Refused> {
+fn check_axis(axis: &Axis, base: &toml::Table, scene: &Path, registry: &Registry) -> Result<(), Refused> {
     if let Some((short, _)) = SHORT.iter().find(|(_, long)| *long == axis.key && axis.key != "scalar") {
         return Err(Refused::Key(format!("this is called `{short}` in a study")));
     }
@@ -138,7 +142,7 @@ fn check_axis(axis: &Axis, base: &toml::Table, scene: &Path) -> Result<(), Refus
             return Err(Refused::Key(format!("ε is {epsilon}, it must be in (0, 0.5]")));
         }
         let changed = Scene::with_keys(base, scene, &changes(&axis.key, value));
-        changed.and_then(|scene| scene.runs()).map_err(|source| Refused::Value(Box::new(source)))?;
+        changed.and_then(|scene| scene.runs(registry)).map_err(|source| Refused::Value(Box::new(source)))?;
     }
     Ok(())
 }
@@ -174,18 +178,24 @@ fn product(block: &[Axis]) -> Result<Vec<Choice>, StudyError> {
 }
 
 /// The runs of a choice: one, or where it names no law or solver one for each of the scene.
-fn of_choice(base: &toml::Table, path: &Path, choice: &Choice) -> Result<Vec<Job>, StudyError> {
+fn of_choice(
+    base: &toml::Table,
+    path: &Path,
+    choice: &Choice,
+    registry: &Registry,
+) -> Result<Vec<Job>, StudyError> {
     let all: Vec<_> = choice.iter().flat_map(|(key, value)| changes(key, value)).collect();
     let scene = Scene::with_keys(base, path, &all)?;
     let keys: Choice = choice.iter().filter(|(key, _)| !is_short(key)).cloned().collect();
-    let job = |run: Run| {
+    let job = |run: PlannedRun| {
         let scene = Scene { laws: vec![run.law.clone()], solvers: vec![run.solver.clone()], ..scene.clone() };
-        let settings = Settings::new(&scene, &run, keys.clone());
-        let dimension = contact_dimension(&scene, std::slice::from_ref(&run)).map_err(|source| {
-            StudyError::Combination { settings: settings.words(), source: Box::new(source) }
-        })?;
+        let settings = RunSettings::new(&scene, &run, keys.clone());
+        let dimension =
+            contact_dimension(&scene, std::slice::from_ref(&run), registry).map_err(|source| {
+                StudyError::Combination { settings: settings.words(), source: Box::new(source) }
+            })?;
         let key = scene.fingerprint().map_err(|source| StudyError::io(path, source))?;
         Ok(Job { settings, scene, run, dimension, key })
     };
-    scene.runs()?.into_iter().map(job).collect()
+    scene.runs(registry)?.into_iter().map(job).collect()
 }

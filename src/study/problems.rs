@@ -6,14 +6,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::engine::{Tasks, complete};
 use super::format::{Axis, BudgetSpec, StudyFile};
-use super::{Progress, StudyError, StudyOptions};
+use super::{StudyError, StudyOptions, StudyProgress};
 use crate::collection::{
     BenchmarkOptions, Measurement, Sweep, measure, measure_single, problem_files, problem_name, read,
 };
 use crate::fclib::Cone;
+use crate::registry::Registry;
 use crate::scalar::Scalar;
 use crate::scene::Fingerprint;
-use crate::solver::{self, SOLVERS, Stopping};
+use crate::solver::Stopping;
 
 /// A study of solvers: each problem of a folder with every solver to every tolerance in every arithmetic.
 ///
@@ -29,6 +30,7 @@ pub struct ProblemStudy {
     tolerances: Vec<f64>,
     /// Problem, solver and arithmetic of each task.
     tasks: Vec<(usize, String, String)>,
+    registry: Registry,
 }
 
 /// What a study of solvers left.
@@ -42,6 +44,7 @@ pub struct ProblemResults {
 
 impl ProblemStudy {
     pub(super) fn new(
+        registry: &Registry,
         file: StudyFile,
         blocks: &[Vec<Axis>],
         text: &str,
@@ -59,7 +62,7 @@ impl ProblemStudy {
                 return Err(refuse(at, "a study of problems has one block of runs".into()));
             }
         };
-        let mut solvers: Vec<String> = SOLVERS.iter().map(|solver| solver.name.into()).collect();
+        let mut solvers: Vec<String> = registry.solvers().map(|solver| solver.name.into()).collect();
         let mut tolerances: Vec<f64> = (2..=12).map(|power| 10f64.powi(-power)).collect();
         let mut scalars = vec![f64::NAME.to_string()];
         for Axis { key, at, values } in block {
@@ -82,7 +85,7 @@ impl ProblemStudy {
                 _ => return Err(refuse("problems have `solver`, `tolerance` and `scalar`".into())),
             }
             for name in solvers.iter().filter(|_| key == "solver") {
-                solver::describe(name).map_err(|error| refuse(error.to_string()))?;
+                registry.find_solver(name).map_err(|error| refuse(error.to_string()))?;
             }
             if let Some(name) = scalars.iter().find(|name| ![f64::NAME, f32::NAME].contains(&name.as_str())) {
                 return Err(refuse(format!("`{name}` is neither f64 nor f32")));
@@ -108,7 +111,8 @@ impl ProblemStudy {
                 tasks.extend(solvers.iter().map(|solver| (problem, solver.clone(), scalar.clone())));
             }
         }
-        Ok(Self { title: file.title, budget, files, tolerances, tasks })
+        let registry = registry.clone();
+        Ok(Self { title: file.title, budget, files, tolerances, tasks, registry })
     }
 
     /// Number of problems with a solver in an arithmetic.
@@ -126,7 +130,7 @@ impl ProblemStudy {
         folder: &Path,
         options: &StudyOptions,
         stop: &AtomicBool,
-        tell: &mut dyn FnMut(Progress),
+        tell: &mut dyn FnMut(StudyProgress),
     ) -> Result<ProblemResults, StudyError> {
         let read = |file: &PathBuf| std::fs::read(file).map_err(|source| StudyError::io(file, source));
         let bytes = self.files.iter().map(|file| Ok((Fingerprint::default().and(&read(file)?), file)));
@@ -198,7 +202,7 @@ impl Tasks for ProblemTasks<'_> {
                 repeat: self.study.budget.repeat,
             };
             let measure = if scalar == f64::NAME { measure } else { measure_single };
-            measurements.push(measure(&problem_name(file), cone, solver, &options)?);
+            measurements.push(measure(&self.study.registry, &problem_name(file), cone, solver, &options)?);
         }
         Ok(Some(measurements))
     }

@@ -3,43 +3,40 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use super::StudyError;
 use super::ball::Ball;
 use super::bar::Bar;
 use super::finest::Sampled;
 use super::format::ReferenceSpec;
 use super::plan::Job;
 use super::reference::Reference;
+use super::{ReferenceError, StudyError};
 use crate::event_driven::Settings;
-use crate::observe::RunInfo;
-use crate::scene::{Planar, Run, ScalarName, Scene, build, contact_dimension, event_driven};
-use crate::simulate::{Outcome, simulate};
+use crate::registry::Registry;
+use crate::scene::{PlannedRun, ScalarName, Scene, contact_dimension};
+use crate::simulate::Ended;
 
 /// A run of the same scene with a finer step.
 pub(super) const FINEST: &str = "finest";
 
 /// The motion of a scene and a run; an error says what the scene would have to be.
-type ClosedForm = fn(&Scene, &Run) -> Result<Arc<dyn Reference>, String>;
+type ClosedForm = fn(&Scene, &PlannedRun, &Registry) -> Result<Arc<dyn Reference>, ReferenceError>;
 
 /// References that are no run of the scheme.
 const CLOSED_FORMS: [(&str, ClosedForm); 3] = [
     ("event-driven", event_driven_motion),
-    ("bouncing-ball", |scene, run| Ok(Arc::new(Ball::new(scene, run)?))),
-    ("impacting-bar", |scene, run| Ok(Arc::new(Bar::new(scene, run)?))),
+    ("bouncing-ball", |scene, run, registry| Ok(Arc::new(Ball::new(scene, run, registry)?))),
+    ("impacting-bar", |scene, run, registry| Ok(Arc::new(Bar::new(scene, run, registry)?))),
 ];
 
-fn event_driven_motion(scene: &Scene, run: &Run) -> Result<Arc<dyn Reference>, String> {
+fn event_driven_motion(
+    scene: &Scene,
+    run: &PlannedRun,
+    registry: &Registry,
+) -> Result<Arc<dyn Reference>, ReferenceError> {
     let settings = Settings::default();
-    let motion = match contact_dimension(scene, std::slice::from_ref(run)) {
-        Ok(1) => event_driven::<1>(scene, run).map(|integration| integration.integrate(&settings)),
-        Ok(_) => event_driven::<2>(scene, run).map(|integration| integration.integrate(&settings)),
-        Err(error) => Err(error),
-    };
-    match motion {
-        Ok(Ok(motion)) => Ok(Arc::new(motion)),
-        Ok(Err(error)) => Err(error.to_string()),
-        Err(error) => Err(error.to_string()),
-    }
+    let motion = contact_dimension(scene, std::slice::from_ref(run), registry)
+        .and_then(|dimension| scene.motion(run, dimension, registry, &settings))?;
+    Ok(Arc::new(motion?))
 }
 
 /// Tolerance of the cone solver in the finest run, beside which no error of the study is small.
@@ -75,14 +72,19 @@ pub(super) fn check(spec: &ReferenceSpec) -> Result<(), String> {
 pub(super) struct Target {
     kind: String,
     scene: Scene,
-    run: Run,
+    run: PlannedRun,
     dimension: usize,
     settings: String,
 }
 
 impl Target {
     /// The reference of a job, in a study whose smallest step is `least`.
-    pub(super) fn new(spec: &ReferenceSpec, job: &Job, least: Option<f64>) -> Result<Self, StudyError> {
+    pub(super) fn new(
+        registry: &Registry,
+        spec: &ReferenceSpec,
+        job: &Job,
+        least: Option<f64>,
+    ) -> Result<Self, StudyError> {
         let mut scene = job.scene.clone();
         scene.title.clear();
         scene.scalar = ScalarName::F64;
@@ -102,7 +104,7 @@ impl Target {
         time.allow_unproved_theta = true;
         let combination =
             |source| StudyError::Combination { settings: job.settings.words(), source: Box::new(source) };
-        let run = match <[Run; 1]>::try_from(scene.runs().map_err(combination)?) {
+        let run = match <[PlannedRun; 1]>::try_from(scene.runs(registry).map_err(combination)?) {
             Ok([run]) => run,
             Err(_) => job.run.clone(),
         };
@@ -123,33 +125,35 @@ impl Target {
     /// Makes the reference, one of `count` in memory; `None` where it was interrupted.
     pub(super) fn make(
         &self,
+        registry: &Registry,
         count: usize,
         stop: &AtomicBool,
     ) -> Result<Option<Arc<dyn Reference>>, StudyError> {
-        let failed = |message: String| StudyError::Reference {
+        let failed = |source| StudyError::Reference {
             reference: self.kind.clone(),
             settings: self.settings.clone(),
-            message,
+            source,
         };
         if let Some((_, form)) = CLOSED_FORMS.iter().find(|(name, _)| *name == self.kind) {
-            return form(&self.scene, &self.run).map(Some).map_err(failed);
+            return form(&self.scene, &self.run, registry).map(Some).map_err(failed);
         }
         let memory = MEMORY / count.max(1);
-        let sampled = match self.dimension {
-            1 => self.sample::<1>(memory, stop),
-            _ => self.sample::<2>(memory, stop),
-        };
+        let sampled = self.sample(registry, memory, stop);
         Ok(sampled.map_err(failed)?.map(|sampled| Arc::new(sampled) as Arc<dyn Reference>))
     }
 
-    fn sample<const D: usize>(&self, memory: usize, stop: &AtomicBool) -> Result<Option<Sampled>, String> {
-        let mut scheme: Planar<f64, D> = build(&self.scene, &self.run).map_err(|error| error.to_string())?;
-        let mut sampled = Sampled::new(scheme.system().dofs(), self.run.steps, memory);
-        let info = RunInfo::new(&self.run.law, &self.run.solver, Vec::new(), scheme.settings());
-        let ended = simulate(&mut scheme, self.run.steps, &info, &mut [&mut sampled], stop);
-        match ended.map_err(|error| error.to_string())? {
-            Outcome::Completed => Ok(Some(sampled)),
-            Outcome::Interrupted => Ok(None),
+    fn sample(
+        &self,
+        registry: &Registry,
+        memory: usize,
+        stop: &AtomicBool,
+    ) -> Result<Option<Sampled>, ReferenceError> {
+        let mut simulation = (self.scene.simulation(&self.run, self.dimension, registry))?;
+        let mut sampled = Sampled::new(simulation.dofs(), self.run.steps, memory);
+        let ended = simulation.run(self.run.steps, &mut [&mut sampled], stop);
+        match ended? {
+            Ended::Completed => Ok(Some(sampled)),
+            Ended::Interrupted => Ok(None),
         }
     }
 }

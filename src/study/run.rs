@@ -10,15 +10,15 @@ use serde::{Deserialize, Serialize};
 use super::errors::{ErrorRecorder, Errors, Norm};
 use super::plan::Job;
 use super::reference::Reference;
-use super::runner::Runner;
+use super::runner::{Runner, RunnerError};
 use crate::observe::{Frame, ObserveError, Observer};
+use crate::registry::Registry;
 use crate::scalar::Scalar;
-use crate::scene::ScalarName;
-use crate::simulate;
+use crate::simulate::Ended;
 
 /// What came of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Outcome {
+pub struct RunOutcome {
     /// Whether the run reached its end.
     pub ok: bool,
     /// Why it did not.
@@ -57,62 +57,51 @@ impl<T: Scalar, const D: usize> Observer<T, D> for Counter {
 
 /// Makes the run of a job, then again until `least` seconds are timed; `None` where it was interrupted.
 pub(super) fn measure(
+    registry: &Registry,
     job: &Job,
     reference: &Arc<dyn Reference>,
     least: f64,
     stop: &AtomicBool,
-) -> Option<Outcome> {
-    match (job.settings.scalar, job.dimension) {
-        (ScalarName::F64, 1) => with::<f64, 1>(job, reference, least, stop),
-        (ScalarName::F64, _) => with::<f64, 2>(job, reference, least, stop),
-        (ScalarName::F32, 1) => with::<f32, 1>(job, reference, least, stop),
-        (ScalarName::F32, _) => with::<f32, 2>(job, reference, least, stop),
+) -> Option<RunOutcome> {
+    let mut counter = Counter::default();
+    match try_measure(registry, job, reference, least, stop, &mut counter) {
+        Ok(outcome) => outcome,
+        Err(error) => Some(RunOutcome {
+            ok: false,
+            message: error.to_string().split_whitespace().collect::<Vec<_>>().join(" "),
+            steps: counter.steps,
+            iterations: counter.iterations,
+            errors: Errors::UNKNOWN,
+            cpu_seconds: f64::NAN,
+            wall_seconds: f64::NAN,
+            repeats: 0,
+        }),
     }
 }
 
-fn with<T: Scalar, const D: usize>(
+fn try_measure(
+    registry: &Registry,
     job: &Job,
     reference: &Arc<dyn Reference>,
     least: f64,
     stop: &AtomicBool,
-) -> Option<Outcome> {
-    let failed = |message: String, counter: &Counter| Outcome {
-        ok: false,
-        message: message.split_whitespace().collect::<Vec<_>>().join(" "),
-        steps: counter.steps,
-        iterations: counter.iterations,
-        errors: Errors::UNKNOWN,
-        cpu_seconds: f64::NAN,
-        wall_seconds: f64::NAN,
-        repeats: 0,
-    };
-    let mut counter = Counter::default();
-    let mut runner = match Runner::<T, D>::new(job) {
-        Ok(runner) => runner,
-        Err(error) => return Some(failed(error.to_string(), &counter)),
-    };
+    counter: &mut Counter,
+) -> Result<Option<RunOutcome>, RunnerError> {
+    let mut runner = Runner::new(job, registry)?;
     let norm = if job.scene.solid.is_some() { Norm::RootMeanSquare } else { Norm::Largest };
     let mut recorder = ErrorRecorder::new(Arc::clone(reference), norm, job.scene.time.end);
-    let observers: &mut [&mut dyn Observer<T, D>] = &mut [&mut recorder, &mut counter];
-    let begun = runner.begin(job, observers);
-    match begun.and_then(|()| runner.advance(observers, stop)) {
-        Ok(simulate::Outcome::Completed) => {}
-        Ok(simulate::Outcome::Interrupted) => return None,
-        Err(error) => return Some(failed(error.to_string(), &counter)),
+    if runner.first(&mut [&mut recorder, counter], stop)? == Ended::Interrupted {
+        return Ok(None);
     }
 
     let (mut cpu_seconds, mut wall_seconds, mut total, mut repeats) = (f64::INFINITY, f64::INFINITY, 0.0, 0);
     while repeats == 0 || (total < least && repeats < MOST_REPEATS) {
-        if let Err(message) = runner.rewind(job) {
-            return Some(failed(message, &counter));
-        }
+        runner.rewind(job, registry)?;
         let (cpu, wall) = (ThreadTime::now(), Instant::now());
-        let outcome = runner.advance(&mut [], stop);
+        let ended = runner.advance(&mut [], stop);
         let (cpu, wall) = (cpu.elapsed().as_secs_f64(), wall.elapsed().as_secs_f64());
-        match outcome {
-            Ok(simulate::Outcome::Completed) => {}
-            Ok(simulate::Outcome::Interrupted) => return None,
-            Err(error) => return Some(failed(error.to_string(), &counter)),
+        if ended? == Ended::Interrupted {
+            return Ok(None);
         }
         if cpu < cpu_seconds {
             (cpu_seconds, wall_seconds) = (cpu, wall);
@@ -120,7 +109,7 @@ fn with<T: Scalar, const D: usize>(
         total += cpu;
         repeats += 1;
     }
-    Some(Outcome {
+    Ok(Some(RunOutcome {
         ok: true,
         message: String::new(),
         steps: counter.steps,
@@ -129,5 +118,5 @@ fn with<T: Scalar, const D: usize>(
         cpu_seconds,
         wall_seconds,
         repeats,
-    })
+    }))
 }

@@ -3,58 +3,64 @@
 use std::sync::atomic::AtomicBool;
 
 use super::plan::Job;
-use crate::observe::{Observer, RunInfo};
-use crate::scalar::Scalar;
-use crate::scene::{PlanarStepper, SceneError, build};
-use crate::scheme::Snapshot;
-use crate::simulate::{Outcome, SimulateError, Stepper, begin};
+use crate::registry::Registry;
+use crate::scene::SceneError;
+use crate::scheme::{RestoreError, Snapshot};
+use crate::simulate::{Ended, SimulateError, Simulation, Sink};
 
 /// A run that is ready to start.
-pub(super) struct Runner<T: Scalar, const D: usize> {
-    stepper: PlanarStepper<T, D>,
-    start: Snapshot,
+pub(super) struct Runner {
+    simulation: Box<dyn Simulation>,
+    /// Where it starts; `None` under error control.
+    start: Option<Snapshot>,
     steps: usize,
 }
 
-impl<T: Scalar, const D: usize> Runner<T, D> {
+/// Why a run was not made.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum RunnerError {
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    Simulate(#[from] SimulateError),
+    #[error(transparent)]
+    Restore(#[from] RestoreError),
+}
+
+impl Runner {
     /// The run of a job.
-    pub(super) fn new(job: &Job) -> Result<Self, SceneError> {
-        let scheme = build::<T, D>(&job.scene, &job.run)?;
-        let start = scheme.snapshot();
-        let stepper = Stepper::new(scheme, job.scene.time.adaptive_settings())?;
-        Ok(Self { stepper, start, steps: job.run.steps })
+    pub(super) fn new(job: &Job, registry: &Registry) -> Result<Self, SceneError> {
+        let simulation = job.scene.simulation(&job.run, job.dimension, registry)?;
+        let start = simulation.snapshot();
+        Ok(Self { simulation, start, steps: job.run.steps })
     }
 
     /// Back to the start.
-    pub(super) fn rewind(&mut self, job: &Job) -> Result<(), String> {
-        match self.stepper.fixed() {
-            Some(scheme) => scheme.restore(&self.start).map_err(|error| error.to_string()),
+    pub(super) fn rewind(&mut self, job: &Job, registry: &Registry) -> Result<(), RunnerError> {
+        match &self.start {
+            Some(start) => self.simulation.restore(start)?,
             // What error control has learnt is part of a run.
-            None => {
-                *self = Self::new(job).map_err(|error| error.to_string())?;
-                Ok(())
-            }
+            None => *self = Self::new(job, registry)?,
         }
+        Ok(())
     }
 
-    /// Tells the observers that the run begins.
-    pub(super) fn begin(
-        &self,
-        job: &Job,
-        observers: &mut [&mut dyn Observer<T, D>],
-    ) -> Result<(), SimulateError> {
-        let scheme = self.stepper.scheme();
-        let laws = scheme.laws().iter().map(|law| law.name().to_string()).collect();
-        let info = RunInfo::new(&job.run.law, &job.run.solver, laws, scheme.settings());
-        Ok(begin(scheme, &info, observers)?)
+    /// Runs from the start to the end, the sinks told of the beginning and of each step.
+    pub(super) fn first(
+        &mut self,
+        sinks: &mut [&mut dyn Sink],
+        stop: &AtomicBool,
+    ) -> Result<Ended, SimulateError> {
+        self.simulation.begin(sinks)?;
+        self.advance(sinks, stop)
     }
 
     /// Runs from the start to the end.
     pub(super) fn advance(
         &mut self,
-        observers: &mut [&mut dyn Observer<T, D>],
+        sinks: &mut [&mut dyn Sink],
         stop: &AtomicBool,
-    ) -> Result<Outcome, SimulateError> {
-        self.stepper.advance(self.steps, observers, stop)
+    ) -> Result<Ended, SimulateError> {
+        self.simulation.advance(self.steps, sinks, stop)
     }
 }

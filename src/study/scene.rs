@@ -9,20 +9,20 @@ use super::engine::{Tasks, complete, spread};
 use super::plan::Job;
 use super::reference::Reference;
 use super::references::Target;
-use super::run::{Outcome, measure};
-use super::settings::Settings;
-use super::{MarkSpec, Progress, SceneStudy, StudyError, StudyOptions};
+use super::run::{RunOutcome, measure};
+use super::settings::RunSettings;
+use super::{MarkSpec, SceneStudy, StudyError, StudyOptions, StudyProgress};
 use crate::observe::Units;
 
 /// A run that was made.
 #[derive(Debug, Clone)]
 pub struct Row {
     /// Its settings.
-    pub settings: Settings,
+    pub settings: RunSettings,
     /// End of the run (s).
     pub end: f64,
     /// What came of it.
-    pub outcome: Outcome,
+    pub outcome: RunOutcome,
 }
 
 /// What a study of a scene left.
@@ -72,11 +72,11 @@ impl SceneStudy {
         folder: &Path,
         options: &StudyOptions,
         stop: &AtomicBool,
-        tell: &mut dyn FnMut(Progress),
+        tell: &mut dyn FnMut(StudyProgress),
     ) -> Result<SceneResults, StudyError> {
         let least = self.jobs.iter().filter_map(Job::step).min_by(f64::total_cmp);
         let target = |job: &Job| {
-            let target = Target::new(&self.reference, job, least)?;
+            let target = Target::new(&self.registry, &self.reference, job, least)?;
             let key = target.key().map_err(|source| StudyError::io(folder, source))?;
             Ok((key, target))
         };
@@ -87,7 +87,7 @@ impl SceneStudy {
         let tasks = SceneTasks { study: self, targets, count, options, made };
         let outcomes = complete(&tasks, folder, options, stop, tell)?;
         let missing = outcomes.iter().filter(|outcome| outcome.is_none()).count();
-        let row = |(job, outcome): (&Job, Option<Outcome>)| {
+        let row = |(job, outcome): (&Job, Option<RunOutcome>)| {
             outcome.map(|outcome| Row { settings: job.settings.clone(), end: job.scene.time.end, outcome })
         };
         Ok(SceneResults {
@@ -112,7 +112,7 @@ impl Job {
 }
 
 impl Tasks for SceneTasks<'_> {
-    type Outcome = Outcome;
+    type Outcome = RunOutcome;
 
     fn keys(&self) -> Vec<u64> {
         let both = self.study.jobs.iter().zip(&self.targets);
@@ -130,17 +130,19 @@ impl Tasks for SceneTasks<'_> {
             first.entry(self.targets[task].0).or_insert(task);
         });
         let tasks: Vec<usize> = first.into_values().collect();
-        let make = |task: usize, stop: &AtomicBool| self.targets[task].1.make(self.count, stop);
+        let make = |task: usize, stop: &AtomicBool| {
+            self.targets[task].1.make(&self.study.registry, self.count, stop)
+        };
         spread(self.options.threads, &tasks, stop, &make, &mut |task, reference| {
             self.references().insert(self.targets[task].0, reference);
             Ok(())
         })
     }
 
-    fn work(&self, task: usize, stop: &AtomicBool) -> Result<Option<Outcome>, StudyError> {
+    fn work(&self, task: usize, stop: &AtomicBool) -> Result<Option<RunOutcome>, StudyError> {
         let reference = self.references().get(&self.targets[task].0).cloned();
-        Ok(reference
-            .and_then(|reference| measure(&self.study.jobs[task], &reference, self.options.timed, stop)))
+        let (registry, job) = (&self.study.registry, &self.study.jobs[task]);
+        Ok(reference.and_then(|reference| measure(registry, job, &reference, self.options.timed, stop)))
     }
 }
 

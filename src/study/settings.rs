@@ -4,11 +4,12 @@ use toml::Value;
 
 use super::format::Axis;
 use crate::scalar::{Scalar, to_f64};
-use crate::scene::{Run, ScalarName, Scene};
+use crate::scene::{PlannedRun, ScalarName, Scene};
 use crate::solver::default_tolerance;
 
 /// How long the steps are.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum Stepping {
     /// All h (s).
     Fixed(f64),
@@ -43,7 +44,7 @@ impl Stepping {
 
 /// The settings of a run.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
+pub struct RunSettings {
     /// Law of the interfaces that keep none of their own.
     pub law: String,
     /// θ.
@@ -91,9 +92,9 @@ pub(super) fn scalar_name(scalar: ScalarName) -> &'static str {
     }
 }
 
-impl Settings {
+impl RunSettings {
     /// The settings of a run of a scene; `keys` are those of the study that are keys of the scene.
-    pub(super) fn new(scene: &Scene, run: &Run, keys: Vec<(String, Value)>) -> Self {
+    pub(super) fn new(scene: &Scene, run: &PlannedRun, keys: Vec<(String, Value)>) -> Self {
         let default = match scene.scalar {
             ScalarName::F64 => default_tolerance::<f64>(),
             ScalarName::F32 => to_f64(default_tolerance::<f32>()),

@@ -160,13 +160,12 @@ impl SceneResults {
 
 /// Writes rows as CSV, whole or not at all.
 pub(super) fn write(path: &Path, rows: impl Iterator<Item = Vec<String>>) -> Result<(), StudyError> {
-    let table =
-        |error: &dyn std::fmt::Display| StudyError::Table { path: path.into(), message: error.to_string() };
+    let table = |source| StudyError::Table { path: path.into(), source };
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {
-        writer.write_record(&row).map_err(|error| table(&error))?;
+        writer.write_record(&row).map_err(table)?;
     }
-    let bytes = writer.into_inner().map_err(|error| table(&error))?;
+    let bytes = writer.into_inner().map_err(|error| table(error.into_error().into()))?;
     let put = || {
         let mut file = AtomicFile::create(path)?;
         file.write_all(&bytes)?;

@@ -6,15 +6,22 @@ use super::SystemError;
 use crate::scalar::{Scalar, all_finite, lit, to_f64};
 
 /// A dimensionless function of time.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
+#[cfg_attr(
+    feature = "scene",
+    derive(serde::Deserialize),
+    serde(rename_all = "lowercase", deny_unknown_fields)
+)]
 pub enum Signal<T> {
-    /// 1.
+    /// 1 (default).
+    #[default]
     Constant,
     /// sin 2π(f t + φ).
     Sine {
         /// f > 0 (1/s).
         frequency: T,
         /// φ, as a fraction of the period.
+        #[cfg_attr(feature = "scene", serde(default))]
         phase: T,
     },
     /// sgn sin 2π(f t + φ). At a jump the value is 0, the mean of both sides; times within 1e-9 of a period from a
@@ -23,11 +30,13 @@ pub enum Signal<T> {
         /// f > 0 (1/s).
         frequency: T,
         /// φ, as a fraction of the period.
+        #[cfg_attr(feature = "scene", serde(default))]
         phase: T,
     },
     /// 0 before `start`, 1 after `end`, linear between.
     Ramp {
         /// Where it leaves 0 (s).
+        #[cfg_attr(feature = "scene", serde(default))]
         start: T,
         /// Where it reaches 1 (s), > `start`.
         end: T,
@@ -42,6 +51,21 @@ pub enum Signal<T> {
 }
 
 impl<T: Scalar> Signal<T> {
+    /// The signal in another arithmetic.
+    pub fn cast<U: Scalar>(&self) -> Signal<U> {
+        let one = |x: T| lit::<U>(to_f64(x));
+        let all = |values: &[T]| values.iter().map(|&x| one(x)).collect();
+        match self {
+            Self::Constant => Signal::Constant,
+            &Self::Sine { frequency, phase } => Signal::Sine { frequency: one(frequency), phase: one(phase) },
+            &Self::Square { frequency, phase } => {
+                Signal::Square { frequency: one(frequency), phase: one(phase) }
+            }
+            &Self::Ramp { start, end } => Signal::Ramp { start: one(start), end: one(end) },
+            Self::Table { times, values } => Signal::Table { times: all(times), values: all(values) },
+        }
+    }
+
     /// Checks the parameters.
     ///
     /// # Errors

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use nonsmooth::registry::Registry;
 use nonsmooth::scalar::Scalar;
-use nonsmooth::scene::{Planar, Run, Scene, build};
+use nonsmooth::scene::{Planar, PlannedRun, Scene, build};
 
 /// The scene `examples/NAME.toml`.
 pub(crate) fn scene(name: &str) -> Scene {
@@ -12,9 +13,10 @@ pub(crate) fn scene(name: &str) -> Scene {
 }
 
 /// The run of a scene with one law and one solver.
-pub(crate) fn run(scene: &Scene, law: &str, solver: &str) -> Run {
-    let runs = Scene { laws: vec![law.into()], solvers: vec![solver.into()], ..scene.clone() }.runs();
-    let [run] = <[Run; 1]>::try_from(runs.expect("registered names")).expect("one law, one solver");
+pub(crate) fn run(scene: &Scene, law: &str, solver: &str) -> PlannedRun {
+    let runs = Scene { laws: vec![law.into()], solvers: vec![solver.into()], ..scene.clone() }
+        .runs(&Registry::default());
+    let [run] = <[PlannedRun; 1]>::try_from(runs.expect("registered names")).expect("one law, one solver");
     run
 }
 
@@ -26,5 +28,5 @@ pub(crate) fn scheme<T: Scalar, const D: usize>(
     solver: &str,
 ) -> (Planar<T, D>, usize) {
     let run = run(scene, law, solver);
-    (build(scene, &run).expect("an example builds"), run.steps)
+    (build(scene, &run, &Registry::default()).expect("an example builds"), run.steps)
 }

@@ -9,6 +9,7 @@ use std::ops::ControlFlow;
 
 use nonsmooth::adaptive::{Adaptive, AdaptiveError, AdaptiveSettings, Report};
 use nonsmooth::event_driven::Settings;
+use nonsmooth::registry::Registry;
 use nonsmooth::scene::{Planar, PlanarAdaptive, Scene, event_driven};
 use nonsmooth::scheme::{State, Step};
 
@@ -120,8 +121,8 @@ fn incline(time: f64, q: &mut [f64], v: &mut [f64]) {
 /// The stick of `examples/impacting_stick.toml`, event by event.
 fn stick(law: &'static str) -> Motion {
     let scene = example::scene("impacting_stick");
-    let prepared =
-        event_driven::<2>(&scene, &example::run(&scene, law, "hybrid")).expect("an example builds");
+    let prepared = event_driven::<2>(&scene, &example::run(&scene, law, "hybrid"), &Registry::default())
+        .expect("an example builds");
     let motion = prepared.integrate(&Settings::default()).expect("flights and impacts");
     Box::new(move |time, q, v| motion.at(time, q, v))
 }

@@ -54,7 +54,7 @@ impl Oscillator {
 pub(super) fn motion(scene: &Scene) -> Motion {
     let body = &scene.bodies[0];
     let load = &body.loads[0];
-    let nonsmooth::scene::SignalSpec::Sine { frequency, phase } = load.signal else {
+    let nonsmooth::system::Signal::Sine { frequency, phase } = load.signal else {
         panic!("the load is a sine");
     };
     let (mass, stiffness, damping) = (body.mass, body.stiffness[0], body.damping[0]);

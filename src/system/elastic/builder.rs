@@ -41,6 +41,7 @@ pub enum ElasticError {
 
 /// Component of a displacement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "scene", derive(serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum Axis {
     /// Along x.
     X,

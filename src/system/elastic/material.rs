@@ -5,6 +5,7 @@ use crate::system::SystemError;
 
 /// What holds across the thickness of a plane body.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "scene", derive(serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum Hypothesis {
     /// σ_zz = 0: a thin plate (default).
     #[default]

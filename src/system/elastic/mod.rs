@@ -23,6 +23,7 @@ use crate::scalar::{Scalar, lit};
 
 /// How the mass of an element is given to its nodes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "scene", derive(serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum MassForm {
     /// ∫ ρ N_a N_b (default).
     #[default]

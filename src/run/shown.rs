@@ -1,18 +1,16 @@
 //! Which degrees of freedom and which contact the figures show.
 
-use nonsmooth::contact::ContactId;
-use nonsmooth::linalg::BlockRows;
-use nonsmooth::scalar::Scalar;
-use nonsmooth::scene::{Planar, Scene, SceneError};
-use nonsmooth::system::System;
+use crate::contact::ContactId;
+use crate::scene::{Scene, SceneError};
+use crate::simulate::Simulation;
 
 /// Bodies up to which every pair is looked at when the first contact is sought.
 const FEW_BODIES: usize = 200;
 
 /// The degrees of freedom and the contact that figures show.
-pub(super) fn shown<T: Scalar, const D: usize>(
+pub(super) fn shown(
     scene: &Scene,
-    scheme: &mut Planar<T, D>,
+    simulation: &mut dyn Simulation,
 ) -> Result<(Vec<usize>, Option<ContactId>), SceneError> {
     let unknown = |place: &str, name: &String, known: Vec<String>| SceneError::UnknownName {
         place: place.into(),
@@ -26,14 +24,12 @@ pub(super) fn shown<T: Scalar, const D: usize>(
         })?,
     };
     let few = scene.bodies.len() <= FEW_BODIES || scene.output.figure_contact.is_some();
-    let candidates = scheme.candidates(if few { T::infinity_impl() } else { T::zero() }).to_vec();
-    let system: &dyn System<T, D> = scheme.system();
+    let candidates = simulation.candidates(if few { f64::INFINITY } else { 0.0 });
     let contact = match &scene.output.figure_contact {
-        None => candidates.iter().map(|candidate| candidate.id).min(),
+        None => candidates.iter().map(|&(id, _)| id).min(),
         Some(name) => {
-            let labels: Vec<_> = candidates.iter().map(|c| (c.id, system.contact_label(c.id))).collect();
-            let found = labels.iter().find(|(_, label)| label == name).map(|&(id, _)| id);
-            let known = || labels.iter().take(20).map(|(_, label)| label.clone()).collect();
+            let found = candidates.iter().find(|(_, label)| label == name).map(|&(id, _)| id);
+            let known = || candidates.iter().take(20).map(|(_, label)| label.clone()).collect();
             Some(found.ok_or_else(|| unknown("output.figure_contact", name, known()))?)
         }
     };
@@ -41,10 +37,5 @@ pub(super) fn shown<T: Scalar, const D: usize>(
         return Ok(((3 * body..3 * body + 3).collect(), contact));
     }
     // Of an elastic body, what the contact moves.
-    let mut row = BlockRows::<T, D>::new();
-    if let Some(contact) = contact {
-        system.jacobian(contact, &[], &mut row);
-    }
-    let dofs = if row.rows() > 0 { row.row(0).map(|(dof, _)| dof).collect() } else { Vec::new() };
-    Ok((dofs, contact))
+    Ok((contact.map(|contact| simulation.moved_by(contact)).unwrap_or_default(), contact))
 }

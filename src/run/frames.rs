@@ -1,29 +1,26 @@
-//! The VTK series of a run, where the program can write one.
+//! The VTK series of a run, where this build can write one.
 
 use std::path::Path;
 
-use nonsmooth::observe::{Frame, ObserveError, Observer, RunInfo};
-use nonsmooth::scalar::Scalar;
-use nonsmooth::scene::Scene;
+use crate::observe::{Frame, ObserveError, Observer, RunInfo};
+use crate::scalar::Scalar;
+use crate::scene::Scene;
 
-/// The VTK series of a run, if the scene asks for one and the program can write it.
+/// The VTK series of a run, if the scene asks for one and this build can write it.
 pub(super) struct Frames {
     #[cfg(feature = "vtk")]
-    series: Option<nonsmooth::observe::VtkSeries>,
+    series: Option<crate::observe::VtkSeries>,
 }
 
 impl Frames {
     #[cfg(feature = "vtk")]
     pub(super) fn new(scene: &Scene, folder: &Path, name: &str) -> Self {
-        let series = |every| nonsmooth::observe::VtkSeries::new(folder, name, every);
+        let series = |every| crate::observe::VtkSeries::new(folder, name, every);
         Self { series: scene.output.vtk_every.map(series) }
     }
 
     #[cfg(not(feature = "vtk"))]
-    pub(super) fn new(scene: &Scene, _folder: &Path, _name: &str) -> Self {
-        if scene.output.vtk_every.is_some() {
-            eprintln!("warning: this program was built without the feature `vtk`: no VTK files");
-        }
+    pub(super) fn new(_scene: &Scene, _folder: &Path, _name: &str) -> Self {
         Self {}
     }
 

@@ -1,12 +1,13 @@
-//! Checkpoints of `nonsmooth run`: what a killed program goes on from.
+//! Checkpoints: what a killed program goes on from.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use nonsmooth::file::AtomicFile;
-use nonsmooth::observe::{CsvMark, ObserveError, RunSeries, RunSummary, SeriesMark, SummaryMark};
-use nonsmooth::scene::Scene;
-use nonsmooth::scheme::Snapshot;
+use crate::file::AtomicFile;
+use crate::observe::{CsvMark, ObserveError, RunSeries, RunSummary, SeriesMark, SummaryMark};
+use crate::scene::Scene;
+use crate::scheme::Snapshot;
 use serde::{Deserialize, Serialize};
 
 /// Layout of the file; another one is refused.
@@ -36,17 +37,43 @@ pub(super) struct Current {
 }
 
 /// Why a run cannot be resumed.
-#[derive(Debug, thiserror::Error)]
-pub(super) enum ResumeError {
-    #[error("nothing to resume in {}: {message}", path.display())]
-    Read { path: PathBuf, message: String },
+#[derive(Debug, Clone, thiserror::Error)]
+#[non_exhaustive]
+pub enum ResumeError {
+    /// The checkpoint cannot be read, or the mesh file of its scene.
+    #[error("nothing to resume in {}: {source}", path.display())]
+    Read {
+        /// The checkpoint.
+        path: PathBuf,
+        /// What the system says.
+        source: Arc<std::io::Error>,
+    },
+    /// The file is no checkpoint, or is cut off.
+    #[error("nothing to resume in {}: {source}", path.display())]
+    Malformed {
+        /// The checkpoint.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: postcard::Error,
+    },
+    /// The checkpoint has another layout.
     #[error("{} was written by another version of this program", path.display())]
-    Layout { path: PathBuf },
+    Layout {
+        /// The checkpoint.
+        path: PathBuf,
+    },
+    /// The checkpoint is one of other runs.
     #[error(
         "{} belongs to another scene, mesh or set of options: resume with those the run was started with",
         path.display()
     )]
-    Scene { path: PathBuf },
+    Scene {
+        /// The checkpoint.
+        path: PathBuf,
+    },
+    /// The figures of the checkpoint show other contacts than those of the scene.
+    #[error("the checkpoint shows other contacts")]
+    Contacts,
 }
 
 /// The folder of drafts and checkpoint below that of the results.
@@ -85,15 +112,15 @@ impl Checkpoint {
     /// Reads the checkpoint of a run of `scene`.
     pub(super) fn read(results: &Path, scene: &Scene) -> Result<Self, ResumeError> {
         let path = Self::path(results);
-        let unreadable = |message: String| ResumeError::Read { path: path.clone(), message };
-        let bytes = std::fs::read(&path).map_err(|error| unreadable(error.to_string()))?;
-        let (layout, _) =
-            postcard::take_from_bytes::<u32>(&bytes).map_err(|error| unreadable(error.to_string()))?;
+        let unreadable = |error| ResumeError::Read { path: path.clone(), source: Arc::new(error) };
+        let malformed = |source| ResumeError::Malformed { path: path.clone(), source };
+        let bytes = std::fs::read(&path).map_err(unreadable)?;
+        let (layout, _) = postcard::take_from_bytes::<u32>(&bytes).map_err(malformed)?;
         if layout != LAYOUT {
             return Err(ResumeError::Layout { path });
         }
-        let checkpoint: Self = postcard::from_bytes(&bytes).map_err(|error| unreadable(error.to_string()))?;
-        let own = scene.fingerprint().map_err(|error| unreadable(error.to_string()))?;
+        let checkpoint: Self = postcard::from_bytes(&bytes).map_err(malformed)?;
+        let own = scene.fingerprint().map_err(unreadable)?;
         if checkpoint.fingerprint != own.number() {
             return Err(ResumeError::Scene { path });
         }
