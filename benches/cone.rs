@@ -14,7 +14,7 @@ use std::time::Instant;
 use families::{Family, packing, wall};
 use nalgebra::{SVector, matrix, vector};
 use nonsmooth::cone::{BlockMatrix, ConeProblem, Form};
-use nonsmooth::solver::{ConeSolver, DEFAULT, SolveError, Stopping, build};
+use nonsmooth::solver::{DEFAULT, SolveError, Stopping, build};
 
 const TOLERANCE: f64 = 1e-8;
 const NEARBY: f64 = 0.01;

@@ -5,7 +5,7 @@ use nonsmooth::cone::{BlockMatrix, ConeProblem, ProblemError};
 use nonsmooth::laws::{self, Approach, ContactLaw, Fremond, LawError, NewtonCoulomb, Response};
 use nonsmooth::linalg::{FactorError, OperatorError, Symmetric};
 use nonsmooth::scheme::{Activation, Settings, SetupError, StepError, ThetaScheme};
-use nonsmooth::solver::{self, ConeSolver, SOLVERS, SolveError, Stopping, StoppingError, UnknownSolver};
+use nonsmooth::solver::{self, SOLVERS, SolveError, Stopping, StoppingError, UnknownSolver};
 use nonsmooth::system::{Body, Dynamics, Forces, Lagrangian, RigidBodies, Signal, SmoothGap, SystemError};
 
 const NOT_FINITE: [f64; 3] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];

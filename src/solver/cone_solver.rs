@@ -173,26 +173,6 @@ pub trait ConeSolver<T: Scalar, const D: usize>: Debug + Send {
     }
 }
 
-impl<T: Scalar, const D: usize, S: ConeSolver<T, D> + ?Sized> ConeSolver<T, D> for Box<S> {
-    fn name(&self) -> &'static str {
-        (**self).name()
-    }
-    fn stopping(&self) -> &Stopping<T> {
-        (**self).stopping()
-    }
-    fn iterate(
-        &mut self,
-        problem: &ConeProblem<T, D>,
-        r: &mut [SVector<T, D>],
-        control: &mut Control<'_, T>,
-    ) -> Result<usize, Breakdown> {
-        (**self).iterate(problem, r, control)
-    }
-    fn workspace(&mut self) -> Option<&mut Workspace<T>> {
-        (**self).workspace()
-    }
-}
-
 /// A solver as the registry lists it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Description {
