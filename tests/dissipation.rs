@@ -34,7 +34,7 @@ fn spatial_contacts_keep_the_claim_of_their_law() {
 #[test]
 fn rolling_contacts_in_space_keep_the_claim_of_their_law() {
     let draw = |unit: &[f64]| -> Box<dyn ContactLaw<f64, 6>> {
-        let law = laws::describe("rolling").expect("registered");
+        let law = laws::describe("fremond-rolling").expect("registered");
         laws::build(law.name, &law.draw(unit)).expect("drawn parameters are in range")
     };
     let suite = Suite { cases: 100, ..SUITE };

@@ -27,5 +27,5 @@ registry::register! {
     newton_coulomb::NewtonCoulomb,
     fremond::Fremond,
     moreau::MoreauAveraged,
-    rolling::FremondRolling,
+    fremond_rolling::FremondRolling,
 }

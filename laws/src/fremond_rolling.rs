@@ -66,7 +66,7 @@ impl<T: Scalar> FremondRolling<T> {
 
 impl<T: Scalar> LawFamily<T> for FremondRolling<T> {
     const DESCRIPTION: Description = Description {
-        name: "rolling",
+        name: "fremond-rolling",
         title: "Frémond impact with Coulomb friction and rolling resistance",
         equation: "û = θ u⁺ + (1−θ) u⁻ + (θ(1+e) − 1) u_N⁻ e_N, ‖m_R‖ ≤ μ_R p_N, |m_S| ≤ μ_S p_N",
         claim: "½ ≤ θ ≤ 1/(1+e)",
