@@ -12,13 +12,13 @@ impl<S> Sink for S where S: Observer<f64, 1> + Observer<f64, 2> + Observer<f32, 
 /// An arithmetic that runs with contacts of dimension `D` are compiled for.
 pub trait Compiled<const D: usize>: Scalar {
     /// The sink as an observer of such a run.
-    fn observer<'a>(sink: &'a mut dyn Sink) -> &'a mut dyn Observer<Self, D>;
+    fn observer(sink: &mut dyn Sink) -> &mut dyn Observer<Self, D>;
 }
 
 macro_rules! compiled {
     ($($scalar:ty, $dimension:literal);+) => {
         $(impl Compiled<$dimension> for $scalar {
-            fn observer<'a>(sink: &'a mut dyn Sink) -> &'a mut dyn Observer<Self, $dimension> {
+            fn observer(sink: &mut dyn Sink) -> &mut dyn Observer<Self, $dimension> {
                 sink
             }
         })+
