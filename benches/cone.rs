@@ -2,7 +2,8 @@
 //!
 //! Masonry walls and packings of spheres with fixed seeds, from 10² to 3·10⁴ contacts (or LARGEST), by the default solver (or SOLVER) to a scaled residual
 //! of 1e-8, cold and from the solution of a problem whose b differs by 1 %; no solve takes longer than SECONDS (60).
-//! The exponents are those of time against contacts, from row to row. Then what one contact costs.
+//! Then the same walls with fewer contacts in both forms of W, and growth: the
+//! exponents are those of time against contacts, from row to row. First what one contact costs.
 
 #[allow(dead_code)]
 mod families;
@@ -13,7 +14,7 @@ use std::time::Instant;
 use families::{Family, packing, wall};
 use nalgebra::{SVector, matrix, vector};
 use nonsmooth::cone::{BlockMatrix, ConeProblem, Form};
-use nonsmooth::solver::{ConeSolver, DEFAULT, SolveError, Stopping, build};
+use nonsmooth::solver::{DEFAULT, SolveError, Stopping, build};
 
 const TOLERANCE: f64 = 1e-8;
 const NEARBY: f64 = 0.01;
@@ -90,6 +91,40 @@ fn growth(name: &str, families: impl Iterator<Item = Family>, (limit, largest, s
     }
 }
 
+/// Seconds of a cold solve with W formed (the forming included) and with H and M̂, against velocities per percussion: where
+/// `factored_pays` changes over.
+fn crossover(limit: f64) {
+    println!(
+        "\nform     {:>8} {:>9} {:>10} {:>12} {:>12} {:>8}",
+        "contacts", "n/(D m)", "solver", "formed (s)", "factored (s)", "ratio"
+    );
+    for solver in ["nsgs", "proximal-newton", DEFAULT] {
+        for share in [1.0, 0.6, 0.4, 0.3, 0.25, 0.2, 0.15] {
+            let family = wall(16, 16, 1).thinned(share);
+            let zero = vec![SVector::zeros(); family.contacts()];
+            let mut seconds = [f64::INFINITY; 2];
+            for _ in 0..3 {
+                for (seconds, form) in seconds.iter_mut().zip([Form::Formed, Form::Factored]) {
+                    let mut r = zero.clone();
+                    let clock = Instant::now();
+                    let problem = family.problem(form, 0.0);
+                    let _ = solve(&problem, &zero, &mut r, (limit, solver));
+                    *seconds = seconds.min(clock.elapsed().as_secs_f64());
+                }
+            }
+            println!(
+                "{:<8} {:>8} {:>9.3} {solver:>10.10} {:>12.4} {:>12.4} {:>8.2}",
+                "",
+                family.contacts(),
+                family.ratio(),
+                seconds[0],
+                seconds[1],
+                seconds[0] / seconds[1]
+            );
+        }
+    }
+}
+
 /// Nanoseconds of `solve()` on one contact, residual measured, for the three statuses.
 fn one_contact(solver: &str) {
     println!("\none contact with solve(), nanoseconds");
@@ -127,6 +162,7 @@ fn main() {
     let solver = arguments.get(2).map_or(DEFAULT, String::as_str);
     println!("{solver} to a scaled residual of {TOLERANCE:e}");
     one_contact(solver);
+    crossover(limit.min(20.0));
     let settings = (limit, largest, solver);
     growth("wall", [4, 7, 12, 26, 36, 63].into_iter().map(|side| wall(side, side, 1)), settings);
     let sides = [(3, 4), (5, 5), (6, 7), (8, 10), (10, 14), (14, 20)].into_iter();

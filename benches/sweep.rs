@@ -78,11 +78,13 @@ fn masonry<const D: usize>(side: usize) -> ConeProblem<f64, D> {
         w.start_row();
         spatial
             .delassus()
+            .formed()
+            .expect("formed")
             .row(i)
             .for_each(|(j, block)| w.push(j, block.fixed_view::<D, D>(0, 0).into_owned()));
     }
     let b = spatial.b().iter().map(|b| b.fixed_rows::<D>(0).into_owned()).collect();
-    ConeProblem::new(w, b, spatial.friction().to_vec()).expect("a problem")
+    ConeProblem::new(w, b, spatial.cones().to_vec()).expect("a problem")
 }
 
 fn compare<const D: usize>(pattern: &str, problem: &ConeProblem<f64, D>) {
@@ -101,7 +103,7 @@ fn compare<const D: usize>(pattern: &str, problem: &ConeProblem<f64, D>) {
         gather = gather.min(timed(|| {
             for _ in 0..64 {
                 let mut sum = SVector::<f64, D>::zeros();
-                (0..m).for_each(|i| sum += problem.delassus().row_product(i, &r));
+                (0..m).for_each(|i| sum += problem.delassus().formed().expect("formed").row_product(i, &r));
                 black_box(sum);
             }
         }));
@@ -113,7 +115,7 @@ fn compare<const D: usize>(pattern: &str, problem: &ConeProblem<f64, D>) {
     let per_contact = 1e9 / m as f64;
     println!(
         "{pattern:<8} D = {D}, {m} contacts, {:4.1} blocks per row: gather {:5.1} ns, sweep {:5.1} ns per contact, ratio {:.2}",
-        problem.delassus_blocks() as f64 / m as f64,
+        problem.delassus().blocks() as f64 / m as f64,
         gather * per_contact,
         sweep * per_contact,
         sweep / gather

@@ -78,14 +78,14 @@ pub(crate) fn impact(
     solver: &mut dyn ConeSolver<f64, 2>,
 ) -> Result<Outcome, Box<dyn std::error::Error>> {
     let (w, before) = (pendulum.delassus(), pendulum.before());
-    let (b, friction) = pose(law, &Approach::impact(before, 0.5), &before)?;
-    let problem = ConeProblem::new(BlockMatrix::from_fn(1, |_, _| w), vec![b], vec![friction])?;
+    let (b, cone) = pose(law, &Approach::impact(before, 0.5), &before)?;
+    let problem = ConeProblem::new(BlockMatrix::from_fn(1, |_, _| w), vec![b], vec![cone.friction()])?;
     let mut p = [Vector2::zeros()];
     solver.solve(&problem, &[Vector2::zeros()], &mut p)?;
     let [percussion] = p;
     let after = w * percussion + before;
     let work = ((after + before) * 0.5).component_mul(&percussion);
-    Ok(Outcome { after, percussion, status: status(&percussion, friction, 1e-9), work })
+    Ok(Outcome { after, percussion, status: status(&percussion, cone.friction(), 1e-9), work })
 }
 
 pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {

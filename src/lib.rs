@@ -10,6 +10,8 @@
 //!       → velocity and position update → energy ledger → observers
 //! ```
 //!
+//! The manual is [`guide`].
+//!
 //! Equation numbers are those of V. Acary and N. A. Collins-Craft, "On the Moreau–Jean scheme with the Frémond
 //! impact law. Energy conservation and dissipation properties for elastodynamics with contact impact and friction"
 //! (2024). Local vectors are ordered (N, T1, T2); the normal points from the obstacle to the body.
@@ -27,6 +29,7 @@ pub mod event_driven;
 pub mod fclib;
 #[cfg(any(feature = "outputs", feature = "figures", feature = "fclib", feature = "vtk"))]
 pub mod file;
+#[cfg(any(doc, doctest))]
 pub mod guide;
 pub mod linalg;
 pub mod mesh;
@@ -51,6 +54,6 @@ pub mod system;
 pub use nonsmooth_laws as laws;
 
 /// The README's programs compile and run.
-#[cfg(all(doctest, feature = "suite"))]
+#[cfg(all(doctest, feature = "scene"))]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -38,7 +38,7 @@
 //!
 //! let registry = Registry::default().law(laws::family!(Plastic<T>))?;
 //! let law = registry.build_law::<f64, 2>("plastic", &[0.5])?;
-//! assert!(law.rubs());
+//! assert_eq!(law.rows(), laws::Rows::Tangent);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 

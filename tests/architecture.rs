@@ -9,7 +9,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("scalar", &[]),
     ("guide", &[]),
     ("linalg", &["scalar"]),
-    ("cone", &["linalg", "scalar"]),
+    ("cone", &["laws", "linalg", "scalar"]),
     ("contact", &["laws", "linalg", "scalar"]),
     ("mesh", &[]),
     ("system", &["contact", "linalg", "mesh", "scalar"]),

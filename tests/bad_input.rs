@@ -5,7 +5,7 @@ use nonsmooth::cone::{BlockMatrix, ConeProblem, ProblemError};
 use nonsmooth::laws::{self, Approach, ContactLaw, Fremond, LawError, NewtonCoulomb, Response};
 use nonsmooth::linalg::{FactorError, OperatorError, Symmetric};
 use nonsmooth::scheme::{Activation, Settings, SetupError, StepError, ThetaScheme};
-use nonsmooth::solver::{self, ConeSolver, SOLVERS, SolveError, Stopping, StoppingError, UnknownSolver};
+use nonsmooth::solver::{self, SOLVERS, SolveError, Stopping, StoppingError, UnknownSolver};
 use nonsmooth::system::{Body, Dynamics, Forces, Lagrangian, RigidBodies, Signal, SmoothGap, SystemError};
 
 const NOT_FINITE: [f64; 3] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
@@ -48,7 +48,7 @@ fn a_cone_problem_that_is_none_is_refused() {
     let error = problem(identity, closing(), vec![0.5, -0.25]).expect_err("μ < 0");
     assert_eq!(error, ProblemError::NegativeFriction { contact: 1, value: -0.25 });
     let error = problem(identity, vec![Local::zeros(); 3], vec![0.5; 2]).expect_err("sizes");
-    assert_eq!(error, ProblemError::Sizes { rows: 2, b: 3, friction: 2 });
+    assert_eq!(error, ProblemError::Sizes { rows: 2, b: 3, cones: 2 });
     let skew = |i, j| if i < j { Block::identity() * 0.5 } else { identity(i, j) };
     let error = problem(skew, closing(), vec![0.5; 2]).expect_err("asymmetric");
     assert!(

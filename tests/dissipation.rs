@@ -29,3 +29,14 @@ fn planar_contacts_keep_the_claim_of_their_law() {
 fn spatial_contacts_keep_the_claim_of_their_law() {
     registered_laws_keep_their_claim::<3>();
 }
+
+/// Six rows are for laws that roll.
+#[test]
+fn rolling_contacts_in_space_keep_the_claim_of_their_law() {
+    let draw = |unit: &[f64]| -> Box<dyn ContactLaw<f64, 6>> {
+        let law = laws::describe("fremond-rolling").expect("registered");
+        laws::build(law.name, &law.draw(unit)).expect("drawn parameters are in range")
+    };
+    let suite = Suite { cases: 100, ..SUITE };
+    check_law_in::<6>(&suite, 4, &draw).unwrap_or_else(|failure| panic!("{failure}"));
+}

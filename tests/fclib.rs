@@ -6,11 +6,12 @@ mod problems;
 use std::path::{Path, PathBuf};
 
 use nalgebra::{DMatrix, DVector};
-use nonsmooth::cone::{ConeProblem, Status, solve_one_contact, status};
+use nonsmooth::cone::{BlockMatrix, ConeProblem, Form, Status, solve_one_contact, status};
 use nonsmooth::fclib::{
     self, Cone, Data, FclibError, Global, GlobalBilateral, Info, Local, LocalBilateral, Problem, Solution,
     SparseMatrix, WriteOptions,
 };
+use nonsmooth::solver::{self, ConeSolver, Stopping};
 
 /// The files of a folder in order, none where it does not exist.
 fn files(folder: &Path) -> Vec<PathBuf> {
@@ -46,8 +47,10 @@ fn distance<const D: usize>(a: &ConeProblem<f64, D>, b: &ConeProblem<f64, D>) ->
     let dense = |p: &ConeProblem<f64, D>| {
         let m = p.contacts();
         let mut w = DMatrix::zeros(m * D, m * D);
+        let mut own = BlockMatrix::new();
+        let delassus = p.delassus().form_in(&mut own);
         for i in 0..m {
-            p.delassus().row(i).for_each(|(j, block)| w.view_mut((i * D, j * D), (D, D)).copy_from(block));
+            delassus.row(i).for_each(|(j, block)| w.view_mut((i * D, j * D), (D, D)).copy_from(block));
         }
         w
     };
@@ -159,6 +162,34 @@ fn bodies_and_their_local_problem_say_the_same() {
     }
 }
 
+/// With H and M kept, W and b are those of the condensed problem, and the solution solves it.
+#[test]
+fn bodies_that_are_kept_pose_the_condensed_problem() {
+    for problems::Named { name, problem } in problems::all().expect("the generator") {
+        let Data::Global(global) = &problem.data else { continue };
+        let kept = problem.cone_in(Form::Factored).expect("a cone problem");
+        let (differ, factored) = match (&kept, problem.cone().expect("a cone problem")) {
+            (Cone::Planar(a), Cone::Planar(b)) => (distance(a, &b), a.factors().is_some()),
+            (Cone::Spatial(a), Cone::Spatial(b)) => (distance(a, &b), a.factors().is_some()),
+            _ => panic!("{name}: another dimension"),
+        };
+        assert_eq!(factored, global.bilateral.is_none(), "{name}");
+        assert!(differ.0 <= 1e-12 && differ.1 <= 1e-12, "{name}: {differ:?}");
+        let solved = |cone: &Cone| match cone {
+            Cone::Planar(cone) => solved_by_default(cone),
+            Cone::Spatial(cone) => solved_by_default(cone),
+        };
+        assert!(solved(&kept) <= 1e-10, "{name}");
+    }
+}
+
+fn solved_by_default<const D: usize>(cone: &ConeProblem<f64, D>) -> f64 {
+    let mut solver = solver::build::<f64, D>(solver::DEFAULT, Stopping::default()).expect("registered");
+    let zero = vec![nalgebra::SVector::zeros(); cone.contacts()];
+    let mut r = zero.clone();
+    solver.solve(cone, &zero, &mut r).map_or(f64::INFINITY, |solution| solution.residual.scaled)
+}
+
 #[test]
 fn one_contact_takes_off_sticks_or_slides_as_its_file_says() {
     let made = problems::all().expect("the generator");
@@ -177,10 +208,10 @@ fn one_contact_takes_off_sticks_or_slides_as_its_file_says() {
 }
 
 fn status_of_one<const D: usize>(cone: &ConeProblem<f64, D>) -> Status {
-    let r = solve_one_contact(cone.diagonal(0), &cone.b()[0], cone.friction()[0]);
+    let r = solve_one_contact(cone.diagonal(0), &cone.b()[0], cone.cones()[0]);
     // The exact solution of one contact: nothing but rounding is left.
     assert!(cone.residual(&[r]).scaled <= 64.0 * f64::EPSILON);
-    status(&r, cone.friction()[0], 64.0 * f64::EPSILON)
+    status(&r, cone.cones()[0], 64.0 * f64::EPSILON)
 }
 
 /// A planar bead on a rod along x (a bilateral constraint on z): what the joint carries must not reach W.

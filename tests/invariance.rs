@@ -58,13 +58,15 @@ fn rebuilt<const D: usize>(
     for &i in contacts {
         w.start_row();
         for (j, &original) in contacts.iter().enumerate() {
-            if let Some((_, block)) = problem.delassus().row(i).find(|&(column, _)| column == original) {
+            if let Some((_, block)) =
+                problem.delassus().formed().expect("formed").row(i).find(|&(column, _)| column == original)
+            {
                 w.push(j, block * (velocity / percussion));
             }
         }
     }
     let b = contacts.iter().map(|&i| problem.b()[i] * velocity).collect();
-    ConeProblem::new(w, b, contacts.iter().map(|&i| problem.friction()[i]).collect()).expect("a problem")
+    ConeProblem::new(w, b, contacts.iter().map(|&i| problem.cones()[i]).collect()).expect("a problem")
 }
 
 fn assert_same<const D: usize>(

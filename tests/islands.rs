@@ -1,6 +1,6 @@
 //! Islands: what does not touch is solved apart, and moves as if alone.
 
-use nonsmooth::laws::{self, ContactLaw};
+use nonsmooth::laws;
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, ThetaScheme};
 use nonsmooth::solver::{self, Stopping};
 use nonsmooth::system::{RigidBodies, polygon_body};

@@ -5,7 +5,7 @@
 mod double_pendulum;
 
 use double_pendulum::{DoublePendulum, RATES, START};
-use nonsmooth::laws::{self, ContactLaw};
+use nonsmooth::laws;
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, SetupError, StepError, ThetaScheme};
 use nonsmooth::solver::{self, SOLVERS, SolveError, Stopping};
 use nonsmooth::system::{

@@ -33,7 +33,7 @@ fn a_registry_holds_what_it_was_given_and_names_are_taken_once() {
     assert_eq!(registry.laws().count(), laws::LAWS.len() + 1);
     assert_eq!(registry.laws().last().map(|law| law.name), Some("speed-dependent"));
     let law = registry.build_law::<f32, 3>("speed-dependent", &[1.0, 0.0]).expect("in range");
-    assert!(!law.rubs());
+    assert_eq!(law.rows(), laws::Rows::Normal);
     let refused = registry.build_law::<f64, 2>("speed-dependent", &[-1.0, 0.0]).expect_err("out of range");
     assert!(matches!(refused, LawError::OutOfRange { value: -1.0, .. }));
     let unsupported = registry.find_law("speed-dependent").expect("registered").build::<f64, 4>(&[1.0, 0.0]);

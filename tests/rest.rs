@@ -1,6 +1,6 @@
 //! Bodies at rest: asleep, they are as if computed, until something touches them.
 
-use nonsmooth::laws::{self, ContactLaw};
+use nonsmooth::laws;
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, SetupError, ThetaScheme};
 use nonsmooth::solver::{self, Stopping};
 use nonsmooth::system::{Body, Describe, RigidBodies, polygon_body};

@@ -34,7 +34,7 @@ fn a_solution_at_the_floor_is_told_apart_and_has_its_forces_right() {
                 }
             }
             // Of W as it is rounded: p₂ = 1/(W₂₂ − 1), a difference without rounding.
-            let heavy = problem.delassus().diagonal(1).expect("full")[(0, 0)] - 1.0;
+            let heavy = problem.delassus().formed().expect("formed").diagonal(1).expect("full")[(0, 0)] - 1.0;
             let error = (r[1][0] * heavy - 1.0).abs();
             // W r is some 3 ratio, and W shrinks p₂ along (1, 1) to 1/ratio of itself: what is left of w there.
             let bound = if name == "newton" { 4.0 * floor } else { f64::max(floor, 1e-10) };
@@ -46,11 +46,13 @@ fn a_solution_at_the_floor_is_told_apart_and_has_its_forces_right() {
 #[test]
 fn a_precise_residual_sees_what_a_plain_one_rounds_away() {
     let problem = loaded(1e8);
-    let exact = 1.0 / (problem.delassus().diagonal(1).expect("full")[(0, 0)] - 1.0);
+    let exact = 1.0 / (problem.delassus().formed().expect("formed").diagonal(1).expect("full")[(0, 0)] - 1.0);
     let r = [SVector::<f64, 1>::new(exact + 1.0), SVector::<f64, 1>::new(exact)];
     // w₂ = p₂ (W₂₂ − 1) − (p₁ − p₂): with p₁ − p₂ without rounding.
-    let w =
-        [(r[0][0] - r[1][0]) - 1.0, r[1][0] * (problem.delassus().diagonal(1).expect("full")[(0, 0)] - 1.0)];
+    let w = [
+        (r[0][0] - r[1][0]) - 1.0,
+        r[1][0] * (problem.delassus().formed().expect("formed").diagonal(1).expect("full")[(0, 0)] - 1.0),
+    ];
     let expected = w[0].hypot(w[1] - (r[0][0] - r[1][0]));
     let precise = problem.precise_residual(&r).scaled;
     // W₂₂ − 1 is exact, the product with p₂ rounds once.

@@ -4,8 +4,13 @@ mod random_problems;
 
 use nalgebra::{DMatrix, RealField, SMatrix, SVector};
 use nonsmooth::cone::{BlockMatrix, ConeProblem, largest_eigenvalue, solve_one_contact};
-use nonsmooth::scalar::{Scalar, lit, to_f64};
-use nonsmooth::solver::{Accuracy, SOLVERS, Solution, SolveError, Stopping, build, default_tolerance};
+use nonsmooth::scalar::{Scalar, to_f64};
+use nonsmooth::solver::{
+    Accuracy, Admm, AdmmSettings, ConeSolver, Extragradient, ExtragradientSettings, Hybrid, HybridSettings,
+    Method, Nsgs, NsgsSettings, ProximalNewton, ProximalNewtonSettings, SOLVERS, SemismoothNewton,
+    SemismoothNewtonSettings, SettingsError, Solution, SolveError, Stopping, StoppingError, build,
+    default_tolerance,
+};
 use proptest::prelude::*;
 use random_problems::{Recipe, random};
 
@@ -86,6 +91,8 @@ fn condition<const D: usize>(problem: &ConeProblem<f64, D>) -> f64 {
     for i in 0..m {
         problem
             .delassus()
+            .formed()
+            .expect("formed")
             .row(i)
             .for_each(|(j, block)| dense.view_mut((i * D, j * D), (D, D)).copy_from(block));
     }
@@ -209,7 +216,7 @@ proptest! {
             });
             *w = scaled;
             b.iter_mut().for_each(|b| *b *= 10f64.powf(decades * velocity));
-            mu.iter_mut().for_each(|mu| *mu *= 10f64.powf(decades * friction));
+            mu.iter_mut().for_each(|mu| *mu = mu.scaled(10f64.powf(decades * friction)));
         }
         let start = vec![SVector::<f64, 3>::zeros(); problem.contacts()];
         for solver in SOLVERS {
@@ -242,7 +249,7 @@ proptest! {
     #[test]
     fn one_contact_has_its_exact_solution(recipe in recipes(1..=1, SMALL_FRICTION)) {
         let problem = regular::<3>(recipe);
-        let exact = solve_one_contact(problem.diagonal(0), &problem.b()[0], problem.friction()[0]);
+        let exact = solve_one_contact(problem.diagonal(0), &problem.b()[0], problem.cones()[0]);
         let kappa = condition(&problem);
         let scale = problem.b_norm() / largest_eigenvalue(problem.diagonal(0));
         for solver in SOLVERS {
@@ -275,8 +282,55 @@ proptest! {
 }
 
 #[test]
+fn a_cold_solve_is_a_solve_from_zero() {
+    let recipe = Recipe { seed: 3, contacts: 4, freedom: 12, friction: 0.3, decades: 1.0 };
+    let problem = random::<f64, 3>(&recipe);
+    let zero = vec![SVector::<f64, 3>::zeros(); 4];
+    let (mut r, mut cold) = (zero.clone(), vec![SVector::from([f64::NAN; 3]); 4]);
+    for solver in SOLVERS {
+        let mut solver = build::<f64, 3>(solver.name, Stopping::to(1e-8)).expect("registered");
+        let given = solver.solve(&problem, &zero, &mut r).map_err(|error| error.to_string());
+        assert_eq!(solver.solve_cold(&problem, &mut cold).map_err(|error| error.to_string()), given);
+        assert_eq!(r, cold);
+    }
+    let mut solver = build::<f64, 3>("hybrid", Stopping::default()).expect("registered");
+    let error = solver.solve_cold(&problem, &mut cold[1..]).expect_err("one percussion too few");
+    assert_eq!(error, SolveError::Shape { contacts: 4, given: 3 });
+}
+
+#[test]
+fn settings_out_of_range_are_refused_with_the_number() {
+    let rule = Stopping::<f64>::default;
+    let told = |error: SettingsError| match error {
+        SettingsError::OutOfRange { setting, value, range } => (setting, value, range.contains(value)),
+        other => panic!("{other}"),
+    };
+    for bad in [0.0, -1.0, 11.0, f64::NAN, f64::INFINITY] {
+        let settings = ProximalNewtonSettings::default().with_proximal(Some(bad));
+        let (setting, value, inside) =
+            told(ProximalNewton::<f64, 3>::solver(rule(), settings).expect_err("out of range"));
+        assert_eq!((setting, value.to_bits(), inside), ("proximal", bad.to_bits(), false));
+        let settings = SemismoothNewtonSettings::default().with_proximal_weight(bad);
+        let error = SemismoothNewton::<f64, 3>::solver(rule(), settings).expect_err("out of range");
+        assert_eq!(told(error).0, "proximal_weight");
+        let settings = AdmmSettings::default().with_relaxation(bad);
+        assert_eq!(told(Admm::<f64, 3>::solver(rule(), settings).expect_err("out of range")).0, "relaxation");
+        let settings = ExtragradientSettings::default().with_contraction(bad);
+        let error = Extragradient::<f64, 3>::solver(rule(), settings).expect_err("out of range");
+        assert_eq!(told(error).0, "contraction");
+        if bad != 11.0 && bad != f64::INFINITY {
+            let error = Hybrid::<f64, 3>::solver(Stopping::to(bad), HybridSettings::default());
+            assert!(matches!(error, Err(SettingsError::Stopping(StoppingError::Tolerance { .. }))));
+        }
+    }
+    let deep = NsgsSettings::default().with_acceleration(11);
+    let error = Nsgs::<f64, 3>::solver(rule(), deep).expect_err("11 > 10");
+    assert_eq!(error.to_string(), "`acceleration` is 11, it must be in [0, 10]");
+}
+
+#[test]
 fn an_empty_problem_has_an_empty_solution() {
-    let problem = ConeProblem::<f64, 3>::new(BlockMatrix::new(), vec![], vec![]).expect("empty");
+    let problem = ConeProblem::<f64, 3>::new(BlockMatrix::new(), vec![], Vec::<f64>::new()).expect("empty");
     for solver in SOLVERS {
         let solution = build::<f64, 3>(solver.name, Stopping::default())
             .expect("registered")
@@ -417,7 +471,7 @@ fn a_stack_carries_its_weight() {
 fn closing_walls_have_no_solution() {
     let w = BlockMatrix::from_fn(2, |i, j| SMatrix::<f64, 1, 1>::new(if i == j { 1.0 } else { -1.0 }));
     let problem =
-        ConeProblem::new(w, vec![SVector::<f64, 1>::new(-1.0); 2], vec![lit(0.0); 2]).expect("a problem");
+        ConeProblem::new(w, vec![SVector::<f64, 1>::new(-1.0); 2], vec![0.0; 2]).expect("a problem");
     for solver in SOLVERS {
         assert!(attempt(solver.name, &problem).is_err(), "{}", solver.name);
     }
@@ -455,8 +509,8 @@ mod certificates {
                 return Err(TestCaseError::fail(format!("{:?}", feasibility(&problem))));
             };
             prop_assert!(margin > 0.0);
-            for (w, &mu) in shifted_velocities(&problem, &percussion).iter().zip(problem.friction()) {
-                prop_assert!(w[0] > mu * w.rows(1, 2).norm());
+            for (w, &mu) in shifted_velocities(&problem, &percussion).iter().zip(problem.cones()) {
+                prop_assert!(w[0] > mu.friction() * w.rows(1, 2).norm());
             }
         }
 
@@ -467,10 +521,10 @@ mod certificates {
             let m = open.contacts();
             let side = |i: usize| if i < m { 1.0 } else { -1.0 };
             let w = BlockMatrix::from_fn(2 * m, |i, j| {
-                let block = open.delassus().row(i % m).nth(j % m).expect("stored in full").1;
+                let block = open.delassus().formed().expect("formed").row(i % m).nth(j % m).expect("stored in full").1;
                 block * (side(i) * side(j))
             });
-            let mu = open.friction()[0];
+            let mu = open.cones()[0].friction();
             let b = vec![SVector::<f64, 2>::new(-speed, 0.0); 2 * m];
             let problem = ConeProblem::new(w, b, vec![mu; 2 * m]).expect("a problem");
             let outcome = feasibility(&problem);
@@ -479,7 +533,7 @@ mod certificates {
             };
             let along: f64 = direction.iter().zip(problem.b()).map(|(d, b)| d.dot(b)).sum();
             prop_assert!(along < 0.0);
-            for (d, &mu) in direction.iter().zip(problem.friction()) {
+            for (d, &mu) in direction.iter().zip(problem.cones()) {
                 prop_assert!((d - project(d, mu)).norm() <= 1e-6 * d.norm().max(1.0));
             }
         }

@@ -4,7 +4,7 @@
 //! law, restitution and step; discs that are dropped come to rest. `NONSMOOTH_SCENES` sets how many scenes are drawn and
 //! `NONSMOOTH_STEPS` how many steps each makes.
 
-use nonsmooth::laws::{self, ContactLaw};
+use nonsmooth::laws;
 use nonsmooth::scheme::{Settings, ThetaScheme};
 use nonsmooth::solver::{self, Stopping};
 use nonsmooth::system::{Body, RigidBodies, RigidBodiesBuilder, polygon_body};

@@ -153,6 +153,18 @@ impl Family {
         Self { bodies, contacts, free, friction }
     }
 
+    /// The same bodies with about this share of the contacts.
+    pub(crate) fn thinned(mut self, share: f64) -> Self {
+        let mut random = Random::new(23);
+        self.contacts.retain(|_| 0.5 + 0.5 * random.symmetric() < share);
+        self
+    }
+
+    /// Velocities per scalar percussion.
+    pub(crate) fn ratio(&self) -> f64 {
+        2.0 * self.bodies.len() as f64 / self.contacts.len() as f64
+    }
+
     /// Number of contacts.
     pub(crate) fn contacts(&self) -> usize {
         self.contacts.len()

@@ -1,7 +1,7 @@
 //! The wall of hard cases: runs every case with every registered law and solver, and writes the table.
 //!
 //! ```text
-//! cargo run --release --example hard_cases                  # everything, writes HARD_CASES.md and the figures
+//! cargo run --release --example hard_cases                  # everything, writes README.md here and the figures
 //! cargo run --release --example hard_cases -- arch hybrid   # what matches every word, printed only
 //! cargo run --release --example hard_cases -- figures       # the figures and the times of their runs only
 //! ```
@@ -49,8 +49,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let warm = figures::save()?;
         eprint!("{warm}");
         if words.is_empty() {
-            table::write("HARD_CASES.md".as_ref(), &rows, &warm)?;
-            println!("HARD_CASES.md");
+            table::write("examples/hard_cases/README.md".as_ref(), &rows, &warm)?;
+            println!("examples/hard_cases/README.md");
         }
     }
     Ok(())

@@ -175,7 +175,7 @@ pub(crate) fn write(path: &Path, rows: &[Row], warm: &str) -> std::io::Result<()
         );
     }
     let _ = writeln!(out, "\n## Warm-started, with the default solver\n\n{warm}");
-    out.push_str("![The arches, the stack, the chain, the pendulum](examples/figures/hard_cases.png)\n\n");
+    out.push_str("![The arches, the stack, the chain, the pendulum](../figures/hard_cases.png)\n\n");
     out.push_str(
         "In the tables of the cases a cell has the time of the run and the iterations per solve (sweeps, Newton steps or \
          convex programs, as the solver counts them).\n",

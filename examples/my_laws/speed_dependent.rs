@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 
 use nalgebra::SVector;
-use nonsmooth::laws::{Approach, ContactLaw, Description, FRICTION, LawFamily, Parameter, Response, Scalar};
+use nonsmooth::laws::{Approach, ContactLaw, Description, FRICTION, LawFamily, Parameter, Response, Scalar, Rows};
 
 /// Frémond's law with, in place of a constant e, the restitution
 ///
@@ -62,8 +62,8 @@ impl<T: Scalar, const D: usize> ContactLaw<T, D> for SpeedDependent<T> {
         Response::new(at.theta, shift, self.friction)
     }
 
-    fn rubs(&self) -> bool {
-        self.friction > T::zero()
+    fn rows(&self) -> Rows {
+        Rows::rubbing(self.friction)
     }
 
     // e reaches 1 at rest, so of the interval [½, 1/(1+e)] only θ = ½ is left for every state.

@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use nalgebra::SVector;
 
 use crate::{
-    Approach, ContactLaw, Description, FRICTION, LawError, LawFamily, RESTITUTION, Response, Scalar,
+    Approach, ContactLaw, Description, FRICTION, LawError, LawFamily, RESTITUTION, Response, Rows, Scalar,
 };
 
 /// Frémond law: −Θ(u_{k+θ}) ∈ N_K(p) with Θ(u) = u + ((θ(1+e) − 1) u_{N,k} + μ‖u_T‖, 0, 0)   (64).
@@ -67,8 +67,8 @@ impl<T: Scalar, const D: usize> ContactLaw<T, D> for Fremond<T> {
         Response::new(at.theta, shift, self.friction)
     }
 
-    fn rubs(&self) -> bool {
-        self.friction > T::zero()
+    fn rows(&self) -> Rows {
+        Rows::rubbing(self.friction)
     }
 
     fn dissipative_theta(&self) -> Option<RangeInclusive<T>> {

@@ -5,16 +5,18 @@ use std::ops::RangeInclusive;
 
 use nalgebra::{RealField, SVector};
 
+use crate::{Cone, Rows};
+
 /// The arithmetic a law needs: a real number that nalgebra computes with and that an error can print.
 pub trait Scalar: RealField + Copy + num_traits::ToPrimitive {}
 impl<T: RealField + Copy + num_traits::ToPrimitive> Scalar for T {}
 
 /// What a law is asked: a contact that enters a step.
 ///
-/// Made by [`Approach::impact`] and [`Approach::with_gap`], so that it can grow without breaking the laws there are.
+/// Made by [`Approach::impact`] and what follows it, so that it can grow without breaking the laws there are.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
-pub struct Approach<T, const D: usize> {
+pub struct Approach<'a, T, const D: usize> {
     /// Local velocity u_k at the start of the step, ordered (N, T1, T2) (m/s).
     pub before: SVector<T, D>,
     /// θ of the step, at this contact: bodies at rest may have one of their own.
@@ -26,17 +28,75 @@ pub struct Approach<T, const D: usize> {
     /// The contact carried a percussion in the last step and is slow, |u_{N,k}| of the order of what the forces make of
     /// rest in one step: it lasts, and is no impact.
     pub lasting: bool,
+    /// What the law [remembers](ContactLaw::remember) of the contact: [`ContactLaw::memory`] numbers, 0 at first.
+    pub memory: &'a [T],
+    /// The components of the contact.
+    pub rows: Rows,
 }
 
-impl<T: Scalar, const D: usize> Approach<T, D> {
+impl<'a, T: Scalar, const D: usize> Approach<'a, T, D> {
     /// An impact that begins with local velocity `before`, under the θ-scheme.
     pub fn impact(before: SVector<T, D>, theta: T) -> Self {
-        Self { before, theta, gap: T::zero(), step: T::zero(), lasting: false }
+        let rows = match D {
+            1 => Rows::Normal,
+            2 | 3 => Rows::Tangent,
+            _ => Rows::Rolling,
+        };
+        Self { before, theta, gap: T::zero(), step: T::zero(), lasting: false, memory: &[], rows }
     }
 
     /// The same contact, with the gap it has at the start of a step of length `step`; `lasting` where it is no impact.
     pub fn with_gap(self, gap: T, step: T, lasting: bool) -> Self {
         Self { gap, step, lasting, ..self }
+    }
+
+    /// The same contact, of which the law remembers `memory`.
+    pub fn with_memory(self, memory: &'a [T]) -> Self {
+        Self { memory, ..self }
+    }
+
+    /// The same contact, with these components: [`Rows::Rolling`] tells a contact of the plane that can roll, D = 3, from
+    /// one in space that can not.
+    pub fn with_rows(self, rows: Rows) -> Self {
+        Self { rows, ..self }
+    }
+}
+
+/// What happened at a contact in a step that was accepted, for a law that [remembers](ContactLaw::remember).
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Passage<T, const D: usize> {
+    /// Local velocity u_k at the start of the step (m/s).
+    pub before: SVector<T, D>,
+    /// Local velocity u_{k+1} at its end (m/s).
+    pub after: SVector<T, D>,
+    /// Percussion p of the step (N s).
+    pub percussion: SVector<T, D>,
+    /// Gap that made the contact active (m).
+    pub gap: T,
+    /// Length h of the step (s); 0 at an instantaneous impact.
+    pub step: T,
+    /// θ of the step at the contact: its velocity over the step is u_{k+θ} = (1−θ) u_k + θ u_{k+1}.
+    pub theta: T,
+    /// The contact [lasts](Approach::lasting), and this was no impact.
+    pub lasting: bool,
+}
+
+impl<T: Scalar, const D: usize> Passage<T, D> {
+    /// An impact from `before` to `after` by `percussion`, under the θ-scheme.
+    pub fn impact(before: SVector<T, D>, after: SVector<T, D>, percussion: SVector<T, D>, theta: T) -> Self {
+        let (gap, step) = (T::zero(), T::zero());
+        Self { before, after, percussion, gap, step, theta, lasting: false }
+    }
+
+    /// The same, with the gap it had in a step of length `step`; `lasting` where it was no impact.
+    pub fn with_gap(self, gap: T, step: T, lasting: bool) -> Self {
+        Self { gap, step, lasting, ..self }
+    }
+
+    /// u_{k+θ}, the velocity that moves the bodies over the step (m/s).
+    pub fn mean_velocity(&self) -> SVector<T, D> {
+        self.before * (T::one() - self.theta) + self.after * self.theta
     }
 }
 
@@ -50,14 +110,14 @@ pub struct Response<T, const D: usize> {
     pub gamma: T,
     /// Shift s, a velocity in the local frame (N, T1, T2).
     pub shift: SVector<T, D>,
-    /// Coefficient of friction μ ≥ 0 (dimensionless) of the cone K = {‖r_T‖ ≤ μ r_N}.
-    pub friction: T,
+    /// The cone K of percussions.
+    pub cone: Cone<T>,
 }
 
 impl<T: Scalar, const D: usize> Response<T, D> {
-    /// The inclusion at û = γ u_{k+1} + (1−γ) u_k + s, in the cone of friction μ.
-    pub fn new(gamma: T, shift: SVector<T, D>, friction: T) -> Self {
-        Self { gamma, shift, friction }
+    /// The inclusion at û = γ u_{k+1} + (1−γ) u_k + s, in a cone; a number is Coulomb's cone of that friction.
+    pub fn new(gamma: T, shift: SVector<T, D>, cone: impl Into<Cone<T>>) -> Self {
+        Self { gamma, shift, cone: cone.into() }
     }
 
     /// The answer to a contact that lasts: û = u_{k+θ} + (2θ−1) (g⁺/h) e_N, g⁺ = max(g, 0).
@@ -68,15 +128,15 @@ impl<T: Scalar, const D: usize> Response<T, D> {
     ///   u_{k+θ}·p = −μ‖û_T‖ p_N − (2θ−1) (g⁺/h) p_N ≤ 0
     /// ```
     ///
-    /// for every θ ∈ [½, 1], every gap, every u_k, and so for any active set. A closed contact keeps its gap,
+    /// (with Φ's further terms where the contact rolls) for every θ ∈ [½, 1], every gap, every u_k, and so for any active set. A closed contact keeps its gap,
     /// h u_{N,k+θ} ≥ 0, where an impact law with e < e* would let it sink by h u_{N,k} (e* − e) θ; an open one closes, all of
     /// it in one step at θ = 1, none at θ = ½, where a contact that is pulled shut bounces.
-    pub fn lasting(at: &Approach<T, D>, friction: T) -> Self {
+    pub fn lasting(at: &Approach<T, D>, cone: impl Into<Cone<T>>) -> Self {
         let mut shift = SVector::zeros();
         if at.gap > T::zero() && at.step > T::zero() {
             shift[0] = (at.theta + at.theta - T::one()) * (at.gap / at.step);
         }
-        Self { gamma: at.theta, shift, friction }
+        Self { gamma: at.theta, shift, cone: cone.into() }
     }
 
     /// The velocity û = γ u_{k+1} + (1−γ) u_k + s at which the inclusion is written.
@@ -93,9 +153,10 @@ impl<T: Scalar, const D: usize> Response<T, D> {
     }
 }
 
-/// A contact law with impact and friction, in contact dimension `D`: 1 (frictionless), 2 (planar) or 3.
+/// A contact law with impact and friction, in contact dimension `D`: 1 (frictionless), 2 (planar) or 3, and with rolling
+/// resistance 3 (planar) or 6.
 ///
-/// Velocities are local, ordered (N, T1, T2); the normal points from the obstacle to the body, so `u_N < 0`
+/// Velocities are local, ordered (N, T1, T2), where the contact rolls (N, T, R) or (N, T1, T2, R1, R2, S); the normal points from the obstacle to the body, so `u_N < 0`
 /// closes the gap. A complete law, with a coefficient of restitution that falls with the speed of the impact:
 ///
 /// ```
@@ -134,16 +195,27 @@ pub trait ContactLaw<T: Scalar, const D: usize>: Debug + Send + Sync {
     fn name(&self) -> &str;
 
     /// The evaluation point and the cone for a contact that enters a step as `at` tells. Must be positively homogeneous in
-    /// u_k only if the law is; γ must be positive, μ ≥ 0.
+    /// u_k only if the law is; γ must be positive, the coefficients of the cone ≥ 0. They may depend on anything `at` tells.
     ///
     /// A contact that [lasts](Approach::lasting) is no impact: [`Response::lasting`] is the answer that neither sinks nor
     /// gains energy. A law may say otherwise.
     fn respond(&self, at: &Approach<T, D>) -> Response<T, D>;
 
-    /// Whether the law ever answers with friction; without, a scene needs no tangents.
-    fn rubs(&self) -> bool {
-        true
+    /// The components the law needs: a scene in which no law rubs has no tangents, and one with a law that rolls has the
+    /// relative rotation among the rows of its contacts.
+    fn rows(&self) -> Rows {
+        Rows::Tangent
     }
+
+    /// How many numbers the law remembers of each contact. They are 0 where a contact begins, and are kept by the identity
+    /// of the contact, through flights as well.
+    fn memory(&self) -> usize {
+        0
+    }
+
+    /// Takes note of a step that was accepted, in which the contact was active: wear, damage, the number of impacts. A step
+    /// that is rejected leaves no trace.
+    fn remember(&self, _done: &Passage<T, D>, _memory: &mut [T]) {}
 
     /// The interval of θ in which contact work and numerical dissipation are both proved non-positive for any
     /// state, or `None` where no such interval exists. A claim is tested by the property suite, and a law that

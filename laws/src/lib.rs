@@ -12,17 +12,20 @@
 //! It sees neither the Delassus operator, nor the solver, nor the state. A new law is one file beside the ones
 //! here and one line in the `register!` call at the end of this page.
 
+mod cone;
 mod entry;
 mod law;
 mod parameter;
 mod registry;
 
+pub use cone::{Cone, Rows};
 pub use entry::LawEntry;
-pub use law::{Approach, ContactLaw, Response, Scalar};
+pub use law::{Approach, ContactLaw, Passage, Response, Scalar};
 pub use parameter::{Description, FRICTION, LawError, LawFamily, Parameter, RESTITUTION};
 
 registry::register! {
     newton_coulomb::NewtonCoulomb,
     fremond::Fremond,
     moreau::MoreauAveraged,
+    fremond_rolling::FremondRolling,
 }

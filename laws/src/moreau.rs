@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use nalgebra::SVector;
 
-use crate::{Approach, ContactLaw, Description, FRICTION, LawError, LawFamily, Parameter, Response, Scalar};
+use crate::{Approach, ContactLaw, Description, FRICTION, LawError, LawFamily, Parameter, Response, Rows, Scalar};
 
 const DISSIPATION_INDEX: Parameter =
     Parameter {
@@ -59,8 +59,8 @@ impl<T: Scalar, const D: usize> ContactLaw<T, D> for MoreauAveraged<T> {
         Response::new(T::one() / (T::one() + self.restitution), SVector::zeros(), self.friction)
     }
 
-    fn rubs(&self) -> bool {
-        self.friction > T::zero()
+    fn rows(&self) -> Rows {
+        Rows::rubbing(self.friction)
     }
 
     fn dissipative_theta(&self) -> Option<RangeInclusive<T>> {

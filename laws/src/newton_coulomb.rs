@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use nalgebra::SVector;
 
 use crate::{
-    Approach, ContactLaw, Description, FRICTION, LawError, LawFamily, RESTITUTION, Response, Scalar,
+    Approach, ContactLaw, Description, FRICTION, LawError, LawFamily, RESTITUTION, Response, Rows, Scalar,
 };
 
 /// Newton–Coulomb law: −Γ(u_{k+1}) ∈ N_K(p) with Γ(u) = u + (e u_{N,k} + μ‖u_T‖, 0, 0)   (53).
@@ -60,8 +60,8 @@ impl<T: Scalar, const D: usize> ContactLaw<T, D> for NewtonCoulomb<T> {
         Response::new(T::one(), shift, self.friction)
     }
 
-    fn rubs(&self) -> bool {
-        self.friction > T::zero()
+    fn rows(&self) -> Rows {
+        Rows::rubbing(self.friction)
     }
 
     fn dissipative_theta(&self) -> Option<RangeInclusive<T>> {

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::solve::{Reached, attempt};
 use super::{CollectionError, problem_name};
-use crate::cone::ConeProblem;
+use crate::cone::{ConeProblem, Form};
 use crate::fclib::{self, Cone};
 use crate::registry::Registry;
 use crate::scalar::{Scalar, lit, to_f64};
@@ -131,7 +131,7 @@ impl BenchmarkOptions {
 /// # Errors
 /// [`CollectionError::File`].
 pub fn read(file: &Path) -> Result<Cone, CollectionError> {
-    let read = || fclib::read(file)?.cone();
+    let read = || fclib::read(file)?.cone_in(Form::Auto);
     read().map_err(|source| CollectionError::File { path: file.into(), source })
 }
 

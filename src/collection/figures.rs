@@ -1,7 +1,7 @@
 //! Figures of a comparison: Dolan–Moré profiles, and residual against time for one problem.
 
 use super::Benchmark;
-use crate::plot::{Figure, Legend, Panel, Scale, Series, Style};
+use crate::plot::{Figure, Panel, Scale, Series, Style};
 
 /// Size in pixels of a figure over two journal columns.
 pub(super) const SIZE: (f64, f64) = (644.0, 300.0);
@@ -22,7 +22,6 @@ impl Benchmark {
         panel.x_scale = Scale::Log10;
         panel.x_limits = Some((1.0, end));
         panel.y_limits = Some((0.0, 1.02));
-        panel.legend = Legend::Auto;
         for profile in profiles {
             let steps = profile.ratios.iter().zip(&profile.shares).filter(|(ratio, _)| ratio.is_finite());
             let (mut x, mut y): (Vec<f64>, Vec<f64>) = (vec![1.0], vec![0.0]);

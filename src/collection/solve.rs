@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::lines::{heading, json_line, text_line};
 use super::{CollectionError, problem_name};
-use crate::cone::{ConeProblem, Residual};
+use crate::cone::{ConeProblem, Form, Residual};
 use crate::fclib::{self, Cone, FclibError};
 use crate::registry::Registry;
 use crate::scalar::{Scalar, epsilon, lit, to_f64};
@@ -191,7 +191,7 @@ pub fn solve_file(
     let in_file = |source| CollectionError::File { path: path.into(), source };
     let stored = fclib::read(path).map_err(in_file)?;
     let name = problem_name(path);
-    let (report, percussions) = match stored.cone().map_err(in_file)? {
+    let (report, percussions) = match stored.cone_in(Form::Auto).map_err(in_file)? {
         Cone::Planar(cone) => solve(registry, &name, &cone, options)?,
         Cone::Spatial(cone) => solve(registry, &name, &cone, options)?,
     };

@@ -3,7 +3,7 @@
 use super::Sweep;
 use super::figures::SIZE;
 use super::sweep::full_name;
-use crate::plot::{Dash, Figure, MARKERS, Panel, Series, Style};
+use crate::plot::{Dash, Figure, Panel, Scale, Series, Style};
 use crate::scalar::Scalar;
 
 /// Problems whose residuals are drawn, the largest.
@@ -27,8 +27,7 @@ impl Sweep {
         // One legend does for all panels, and one entry for both arithmetics.
         let label =
             if named && (alone || scalar == f64::NAME) { full_name(solver, scalar) } else { String::new() };
-        let marker = MARKERS[rank % MARKERS.len()];
-        Series::new(label, style, x, y).color(rank).marker(marker).dash(dash)
+        Series::new(label, style, x, y).color(rank).dash(dash)
     }
 
     /// A title that tells what the dots are.
@@ -42,7 +41,7 @@ impl Sweep {
     pub fn precision_figure(&self) -> Figure {
         let mut time = Panel::new(self.title("half of the problems"), "CPU time (s)", "tolerance").log_log();
         let mut share = Panel::new(self.title("all problems"), "tolerance", "share solved");
-        share.x_scale = crate::plot::Scale::Log10;
+        share.x_scale = Scale::Log10;
         let problems = self.problems().len().max(1) as f64;
         for solver in self.solvers() {
             let (mut times, mut shares) = ((Vec::new(), Vec::new()), (Vec::new(), Vec::new()));

@@ -112,6 +112,15 @@ impl<T: Scalar, const D: usize> BlockMatrix<T, D> {
         &self.blocks
     }
 
+    /// Calls `change` with the row, the column and the block of every stored block.
+    pub(crate) fn for_each_block(&mut self, mut change: impl FnMut(usize, usize, &mut SMatrix<T, D, D>)) {
+        for row in 0..self.diagonal.len() {
+            for entry in self.starts[row]..self.starts[row + 1] {
+                change(row, self.columns[entry], &mut self.blocks[entry]);
+            }
+        }
+    }
+
     /// (W r)_row.
     #[inline]
     pub fn row_product(&self, row: usize, r: &[SVector<T, D>]) -> SVector<T, D> {

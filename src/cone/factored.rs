@@ -2,7 +2,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::{BlockMatrix, Product};
+use super::{BlockMatrix, Workspace};
 use crate::linalg::{BlockRows, Multifrontal, Symmetric};
 use crate::scalar::{Scalar, all_finite};
 
@@ -102,10 +102,12 @@ impl<T: Scalar, const D: usize> FactoredDelassus<T, D> {
             Inverse::Blocks(inverse_blocks(&mass.values, dofs)?)
         } else {
             let mut factors = Multifrontal::new();
-            factors.analyse(&mass.starts, &mass.columns, dofs);
+            factors
+                .analyse(&mass.starts, &mass.columns, dofs)
+                .map_err(|error| FactoredError::Singular { block: error.row })?;
             factors
                 .factor(&mass.values, &vec![true; nodes])
-                .map_err(|block| FactoredError::Singular { block })?;
+                .map_err(|error| FactoredError::Singular { block: error.node })?;
             Inverse::Factors(Box::new(factors))
         };
         let mut operator = Self {
@@ -145,7 +147,7 @@ impl<T: Scalar, const D: usize> FactoredDelassus<T, D> {
             self.weighted = Some(weighted);
             return;
         }
-        let mut product = Product::default();
+        let mut product = Workspace::default();
         self.diagonal = (0..contacts)
             .map(|i| {
                 SMatrix::from_columns(&std::array::from_fn::<_, D, _>(|c| {
@@ -213,13 +215,13 @@ impl<T: Scalar, const D: usize> FactoredDelassus<T, D> {
         self.weighted.as_deref()
     }
 
-    fn start_product(&self, product: &mut Product<T>) {
+    fn start_product(&self, product: &mut Workspace<T>) {
         product.velocities.clear();
         product.velocities.resize(self.nodes * self.dofs, T::zero());
     }
 
     /// velocities ← M̂⁻¹ velocities.
-    fn divide(&self, product: &mut Product<T>) {
+    fn divide(&self, product: &mut Workspace<T>) {
         let d = self.dofs;
         match &self.inverse {
             Inverse::Factors(factors) => factors.solve(&mut product.velocities, &mut product.solve),
@@ -245,7 +247,7 @@ impl<T: Scalar, const D: usize> FactoredDelassus<T, D> {
     }
 
     /// M̂⁻¹ Hᵀ r, in the buffers of `product`.
-    pub(crate) fn velocities<'a>(&self, r: &[SVector<T, D>], product: &'a mut Product<T>) -> &'a mut [T] {
+    pub(crate) fn velocities<'a>(&self, r: &[SVector<T, D>], product: &'a mut Workspace<T>) -> &'a mut [T] {
         self.start_product(product);
         for (i, r) in r.iter().enumerate() {
             self.jacobian.add_transpose(i, self.dofs, r, &mut product.velocities);
@@ -255,7 +257,7 @@ impl<T: Scalar, const D: usize> FactoredDelassus<T, D> {
     }
 
     /// out = W r.
-    pub(crate) fn apply(&self, r: &[SVector<T, D>], out: &mut [SVector<T, D>], product: &mut Product<T>) {
+    pub(crate) fn apply(&self, r: &[SVector<T, D>], out: &mut [SVector<T, D>], product: &mut Workspace<T>) {
         let velocities = self.velocities(r, product);
         for (i, out) in out.iter_mut().enumerate() {
             *out = self.jacobian.velocity(i, self.dofs, velocities);
@@ -283,7 +285,7 @@ impl<T: Scalar, const D: usize> FactoredDelassus<T, D> {
         let (d, m) = (self.dofs, self.contacts());
         let mut w = BlockMatrix::new();
         let Some(weighted) = &self.weighted else {
-            let mut product = Product::default();
+            let mut product = Workspace::default();
             let mut full = vec![SMatrix::<T, D, D>::zeros(); m * m];
             for j in 0..m {
                 for c in 0..D {

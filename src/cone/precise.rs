@@ -12,11 +12,11 @@
 
 use nalgebra::SVector;
 
-use super::{ConeProblem, Residual};
+use super::{ConeProblem, Residual, Workspace};
 use crate::linalg::{BlockRows, Compensated};
 use crate::scalar::{Scalar, epsilon, lit};
 
-/// H and the reciprocals of a diagonal M̂, beside the W formed of them; empty while their owner has them.
+/// H and the reciprocals of a diagonal M̂, beside the W formed of them; empty where W was formed of something else.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Bodies<T: Scalar, const D: usize> {
     rows: BlockRows<T, D>,
@@ -26,6 +26,13 @@ pub(super) struct Bodies<T: Scalar, const D: usize> {
 impl<T: Scalar, const D: usize> Default for Bodies<T, D> {
     fn default() -> Self {
         Self { rows: BlockRows::new(), inverse: Vec::new() }
+    }
+}
+
+impl<T: Scalar, const D: usize> Bodies<T, D> {
+    /// Forgets H, and keeps M̂ and the memory: without rows nothing is summed over bodies.
+    pub(super) fn clear(&mut self) {
+        self.rows.clear();
     }
 }
 
@@ -44,17 +51,18 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
     pub(crate) fn precise_velocities(
         &self,
         r: &[SVector<T, D>],
+        workspace: &mut Workspace<T>,
         visit: &mut dyn FnMut(usize, SVector<T, D>),
     ) {
-        if self.factors().is_some() {
+        let Some(w) = self.delassus().formed() else {
             // Summed over the bodies as it is.
-            return self.visit_velocities(r, visit);
-        }
+            return self.velocities(r, workspace, visit);
+        };
         let Bodies { rows, inverse } = &self.bodies;
         if inverse.is_empty() || rows.rows() != r.len() {
             for (i, b) in self.b().iter().enumerate() {
                 let mut sums = b.map(Compensated::new);
-                for (j, block) in self.delassus().row(i) {
+                for (j, block) in w.row(i) {
                     for k in 0..D {
                         (0..D).for_each(|l| sums[k].add_product(block[(k, l)], r[j][l]));
                     }
@@ -63,9 +71,8 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
             }
             return;
         }
-        let mut product = self.scratch.take();
-        product.impulses.resize(inverse.len(), Compensated::new(T::zero()));
-        let impulses = &mut product.impulses;
+        let impulses = &mut workspace.impulses;
+        impulses.resize(inverse.len(), Compensated::new(T::zero()));
         for (i, r) in r.iter().enumerate() {
             for (dof, h) in rows.row(i).filter(|&(dof, _)| dof < inverse.len()) {
                 h.iter().zip(r.iter()).for_each(|(&h, &r)| impulses[dof].add_product(h, r));
@@ -83,7 +90,6 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
         for (dof, _) in (0..r.len()).flat_map(|i| rows.row(i)).filter(|&(dof, _)| dof < inverse.len()) {
             impulses[dof] = Compensated::new(T::zero());
         }
-        self.scratch.give_back(product);
     }
 
     /// [`residual`](Self::residual), with w rounded about once: the same number, for the price of several, and the one
@@ -92,8 +98,16 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
     /// # Panics
     /// If `r` has not one block per contact.
     pub fn precise_residual(&self, r: &[SVector<T, D>]) -> Residual<T> {
+        self.precise_residual_in(r, &mut Workspace::default())
+    }
+
+    /// [`precise_residual`](Self::precise_residual) in a workspace that the caller keeps.
+    ///
+    /// # Panics
+    /// If `r` has not one block per contact.
+    pub fn precise_residual_in(&self, r: &[SVector<T, D>], workspace: &mut Workspace<T>) -> Residual<T> {
         assert_eq!(r.len(), self.contacts(), "one percussion per contact");
-        self.measure(r, |visit| self.precise_velocities(r, visit))
+        self.measure(r, |visit| self.precise_velocities(r, workspace, visit))
     }
 
     /// Both residuals of `r` with its shifted velocities `w`.
@@ -106,13 +120,11 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
     ///
     /// It is 0, an excuse for nothing, where it would exceed ε^⅖ (5e-7, in single precision 2e-3), and in factored form.
     pub fn floor(&self, r: &[SVector<T, D>]) -> T {
-        if self.factors().is_some() {
-            return T::zero();
-        }
+        let Some(w) = self.delassus().formed() else { return T::zero() };
         let mut square = T::zero();
         for (i, b) in self.b().iter().enumerate() {
             let mut size = b.abs();
-            self.delassus().row(i).for_each(|(j, block)| size += block.abs() * r[j].abs());
+            w.row(i).for_each(|(j, block)| size += block.abs() * r[j].abs());
             square += size.norm_squared();
         }
         let floor = epsilon::<T>() * nalgebra::ComplexField::sqrt(square) / self.b_norm();
@@ -125,24 +137,35 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
     }
 
     /// Whether rounding explains what `r` leaves, the scaled residual `residual` as evaluated in working precision.
-    pub(crate) fn solved_to_rounding(&self, r: &[SVector<T, D>], residual: T) -> bool {
+    pub(crate) fn solved_to_rounding(
+        &self,
+        r: &[SVector<T, D>],
+        residual: T,
+        workspace: &mut Workspace<T>,
+    ) -> bool {
         let floor = self.floor(r);
-        Self::is_near_floor(residual, floor) && self.precise_residual(r).scaled <= floor
+        Self::is_near_floor(residual, floor) && self.precise_residual_in(r, workspace).scaled <= floor
     }
 
-    /// Takes the H and the reciprocals of the diagonal M̂ that W was formed of, or gives them back: in exchange for none.
-    pub(crate) fn exchange_bodies(&mut self, jacobian: &mut BlockRows<T, D>, inverse: &mut Vec<T>) {
-        std::mem::swap(&mut self.bodies.rows, jacobian);
-        std::mem::swap(&mut self.bodies.inverse, inverse);
+    /// Copies the H and the reciprocals of the diagonal M̂ that W was formed of; [`parts_mut`](Self::parts_mut) forgets
+    /// H again. A copy of H costs a small part of forming W of it.
+    pub(crate) fn copy_bodies(&mut self, jacobian: &BlockRows<T, D>, inverse: &[T]) {
+        self.bodies.rows.copy_from(jacobian);
+        self.copy_masses(inverse);
     }
 
-    /// Takes M̂ of `whole`, or gives it back: a part of a problem has it while it is solved.
-    pub(crate) fn exchange_masses(&mut self, whole: &mut Self) {
-        std::mem::swap(&mut self.bodies.inverse, &mut whole.bodies.inverse);
+    /// Copies M̂ of `whole`, of which this problem is to be a part, or forgets the last one.
+    pub(crate) fn copy_masses_of(&mut self, whole: &Self) {
+        self.copy_masses(&whole.bodies.inverse);
     }
 
-    /// Takes the rows of H of the contacts `contacts` of `whole`, of which this problem is a part; M̂ is exchanged apart.
-    pub(crate) fn take_rows(&mut self, whole: &Self, contacts: &[usize]) {
+    fn copy_masses(&mut self, inverse: &[T]) {
+        self.bodies.inverse.clear();
+        self.bodies.inverse.extend_from_slice(inverse);
+    }
+
+    /// Copies the rows of H of the contacts `contacts` of `whole`, of which this problem is a part.
+    pub(crate) fn copy_rows(&mut self, whole: &Self, contacts: &[usize]) {
         let (own, rows) = (&mut self.bodies.rows, &whole.bodies.rows);
         own.clear();
         for &contact in contacts.iter().filter(|&&contact| contact < rows.rows()) {

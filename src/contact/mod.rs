@@ -2,7 +2,7 @@
 
 mod posing;
 
-pub use posing::{ImproperResponse, pose};
+pub use posing::{ImproperResponse, check, pose};
 
 use crate::scalar::Scalar;
 

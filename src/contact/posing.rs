@@ -3,12 +3,16 @@
 
 use nalgebra::SVector;
 
-use crate::laws::{Approach, ContactLaw, Response};
+use crate::laws::{Approach, Cone, ContactLaw, Response};
 use crate::scalar::{Scalar, all_finite, to_f64};
 
-/// A law's answer that no cone problem can be built with: γ must be positive, μ ≥ 0, all finite.
+/// A law's answer that no cone problem can be built with: γ must be positive, the coefficients of the cone ≥ 0, all finite.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("law `{law}` gives γ = {gamma}, a normal shift of {shift} m/s and μ = {friction}")]
+#[error(
+    "law `{law}` gives γ = {gamma}, a normal shift of {shift} m/s and μ = {}{}", coefficients[0],
+    if coefficients[1..] == [0.0; 2] { String::new() }
+    else { format!(", μ_R = {} m, μ_S = {} m", coefficients[1], coefficients[2]) }
+)]
 pub struct ImproperResponse {
     /// Name of the law.
     pub law: String,
@@ -16,27 +20,45 @@ pub struct ImproperResponse {
     pub gamma: f64,
     /// Normal component of the shift (m/s), or the first component that is not finite.
     pub shift: f64,
-    /// μ.
-    pub friction: f64,
+    /// μ, μ_R (m) and μ_S (m).
+    pub coefficients: [f64; 3],
 }
 
-/// (b, μ) of a contact in the cone problem w = W p + b: b = u_free + δ, δ = ((1−γ) u_k + s)/γ, with the answer of its law.
+/// b and the cone of a contact in the cone problem w = W p + b: b = u_free + δ, δ = ((1−γ) u_k + s)/γ, with the answer of
+/// its law.
 ///
 /// # Errors
 /// [`ImproperResponse`] where the law gives no problem.
 #[inline]
 pub fn pose<T: Scalar, const D: usize>(
     law: &(impl ContactLaw<T, D> + ?Sized),
-    at: &Approach<T, D>,
+    at: &Approach<'_, T, D>,
     free: &SVector<T, D>,
-) -> Result<(SVector<T, D>, T), ImproperResponse> {
+) -> Result<(SVector<T, D>, Cone<T>), ImproperResponse> {
     let response = law.respond(at);
-    let Response { gamma, shift, friction, .. } = &response;
-    let valid = *gamma > T::zero() && *friction >= T::zero();
-    if !(valid && all_finite([gamma, friction]) && all_finite(shift.iter())) {
-        return Err(improper(law.name(), &response));
+    check(law.name(), &response)?;
+    Ok((free + response.b_shift(&at.before), response.cone.on(at.rows)))
+}
+
+/// Whether a cone problem can be built with the answer of the law called `law`.
+///
+/// # Errors
+/// [`ImproperResponse`].
+#[inline]
+pub fn check<T: Scalar, const D: usize>(
+    law: &str,
+    response: &Response<T, D>,
+) -> Result<(), ImproperResponse> {
+    let coefficients = response.cone.coefficients();
+    let proper = response.gamma > T::zero() && coefficients.iter().all(|&c| c >= T::zero());
+    if proper
+        && all_finite([&response.gamma])
+        && all_finite(&coefficients)
+        && all_finite(response.shift.iter())
+    {
+        return Ok(());
     }
-    Ok((free + response.b_shift(&at.before), *friction))
+    Err(improper(law, response))
 }
 
 #[cold]
@@ -46,6 +68,6 @@ fn improper<T: Scalar, const D: usize>(law: &str, response: &Response<T, D>) -> 
         law: law.into(),
         gamma: to_f64(response.gamma),
         shift: to_f64(*shift),
-        friction: to_f64(response.friction),
+        coefficients: response.cone.coefficients().map(to_f64),
     }
 }

@@ -7,7 +7,7 @@ use super::events::{Events, Rounding};
 use super::piece::{Piece, Totals};
 use super::{EventError, EventFailure, Motion, Settings};
 use crate::contact::ContactId;
-use crate::laws::ContactLaw;
+use crate::laws::{ContactLaw, Rows};
 use crate::linalg::Factor;
 use crate::solver::ConeSolver;
 use crate::system::{Scales, System};
@@ -85,6 +85,8 @@ fn check<const D: usize>(
         (!system.is_flat(), "configurations that do not add up"),
         (system.nonlinear().is_some(), "a mass that depends on the configuration"),
         (system.prescribed().is_some(), "prescribed degrees of freedom"),
+        (laws.iter().any(|law| law.rows() == Rows::Rolling), "rolling resistance"),
+        (laws.iter().any(|law| law.memory() > 0), "laws that remember"),
     ] {
         if unsupported {
             return Err(EventFailure::Unsupported { what });

@@ -37,7 +37,7 @@ impl<const D: usize> Integrator<'_, D> {
             let law = self.laws.get(held.interface);
             let law =
                 law.ok_or(EventFailure::Size { what: "laws", given: known, expected: held.interface + 1 })?;
-            held.friction = law.respond(&Approach::impact(SVector::zeros(), THETA)).friction;
+            held.friction = law.respond(&Approach::impact(SVector::zeros(), THETA)).cone.friction();
         }
         Ok(closed)
     }
@@ -115,9 +115,9 @@ impl<const D: usize> Integrator<'_, D> {
         let mut b = DVector::zeros(closed.len() * D);
         let mut friction = Vec::with_capacity(closed.len());
         for (i, (held, u)) in closed.iter().zip(before).enumerate() {
-            let (shifted, mu) = pose(&*self.laws[held.interface], &Approach::impact(*u, THETA), u)?;
+            let (shifted, cone) = pose(&*self.laws[held.interface], &Approach::impact(*u, THETA), u)?;
             b.rows_mut(i * D, D).copy_from(&shifted);
-            friction.push(mu);
+            friction.push(cone.friction());
         }
         let mut local = Local::<D> { w: frame.w, b, friction };
         let slip = vec![None; closed.len()];

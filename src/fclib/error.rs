@@ -156,6 +156,12 @@ pub enum FclibError {
         /// Largest number accepted, see [`CONDENSED_LIMIT`](super::CONDENSED_LIMIT).
         limit: u64,
     },
+    /// A contact with rolling resistance, which the layout does not know.
+    #[error("contact {contact} has rolling resistance, which FCLIB files do not hold")]
+    Rolling {
+        /// Index of the contact.
+        contact: usize,
+    },
     /// The data were read, but they are not a cone problem.
     #[error(transparent)]
     Problem(#[from] ProblemError),

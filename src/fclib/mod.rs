@@ -28,6 +28,7 @@
 //! A file is never trusted: sizes are compared before anything is allocated, a file of n bytes may unfold to at most
 //! [`allowance`]`(n)` bytes, and what does not fit is an [`FclibError`] that names the dataset.
 
+mod bodies;
 mod condense;
 mod error;
 mod parts;

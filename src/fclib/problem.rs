@@ -2,9 +2,10 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use super::bodies::factored;
 use super::condense::{bodies, condense_global, condense_local, multipliers};
 use super::{FclibError, SparseMatrix};
-use crate::cone::{BlockMatrix, ConeProblem};
+use crate::cone::{BlockMatrix, Cone as ContactCone, ConeProblem, Form};
 
 /// An FCLIB problem as its file holds it.
 #[derive(Debug, Clone, PartialEq)]
@@ -135,7 +136,7 @@ impl Problem {
         self.friction.len()
     }
 
-    /// The cone problem w = W r + b: the local data as they are, or condensed from the bodies.
+    /// The cone problem w = W r + b with W formed: the local data as they are, or condensed from the bodies.
     ///
     /// Blocks of W that are zero throughout are left out. W is taken as given: measured operators are often slightly
     /// asymmetric or indefinite, and [`ConeProblem::check_symmetric_semidefinite`] tells.
@@ -145,16 +146,32 @@ impl Problem {
     /// [`FclibError::Dense`] where the condensation fails, [`FclibError::Shape`] and [`FclibError::Length`] where
     /// parts put together by hand do not fit.
     pub fn cone(&self) -> Result<Cone, FclibError> {
+        self.cone_in(Form::Formed)
+    }
+
+    /// [`cone`](Self::cone) with W in the form asked for: a global problem without bilateral constraints keeps its H and M
+    /// where that [pays](crate::cone::factored_pays) (`Form::Auto`), or in any case (`Form::Factored`). W is formed where it
+    /// cannot be kept so: of local problems, with bilateral constraints, and where M is not symmetric.
+    ///
+    /// # Errors
+    /// As [`cone`](Self::cone).
+    pub fn cone_in(&self, form: Form) -> Result<Cone, FclibError> {
         match self.dimension {
-            2 => self.cone_of().map(Cone::Planar),
-            3 => self.cone_of().map(Cone::Spatial),
+            2 => self.cone_of(form).map(Cone::Planar),
+            3 => self.cone_of(form).map(Cone::Spatial),
             d => Err(FclibError::Dimension { dataset: "spacedim".into(), value: d as i64 }),
         }
     }
 
-    /// [`cone`](Self::cone) in a dimension known beforehand.
-    fn cone_of<const D: usize>(&self) -> Result<ConeProblem<f64, D>, FclibError> {
+    /// [`cone_in`](Self::cone_in) in a dimension known beforehand.
+    fn cone_of<const D: usize>(&self, form: Form) -> Result<ConeProblem<f64, D>, FclibError> {
         self.check()?;
+        if let Data::Global(global) = &self.data
+            && form != Form::Formed
+            && let Some(problem) = factored(global, &self.friction, form)?
+        {
+            return Ok(problem);
+        }
         let condensed;
         let (delassus, velocity) = match &self.data {
             Data::Local(Local { delassus, velocity, bilateral: None }) => (delassus, velocity),
@@ -171,7 +188,7 @@ impl Problem {
         let (w, b, friction) = problem.parts_mut();
         *w = blocks(delassus);
         b.extend(velocity.chunks_exact(D).map(SVector::from_column_slice));
-        friction.extend_from_slice(&self.friction);
+        friction.extend(self.friction.iter().copied().map(ContactCone::from));
         problem.check()?;
         Ok(problem)
     }
@@ -264,15 +281,18 @@ impl Problem {
     /// A local problem from a cone problem.
     ///
     /// # Errors
-    /// [`FclibError::Dimension`] for D = 1: the layout knows contacts in the plane and in space only.
+    /// [`FclibError::Dimension`] for D = 1 and 6, [`FclibError::Rolling`]: the layout knows Coulomb contacts in the plane and
+    /// in space only.
     pub fn from_cone<const D: usize>(problem: &ConeProblem<f64, D>, info: Info) -> Result<Self, FclibError> {
         if !(2..=3).contains(&D) {
             return Err(FclibError::Dimension { dataset: "spacedim".into(), value: D as i64 });
         }
         let rows = D * problem.contacts();
-        let mut entries = Vec::with_capacity(problem.delassus().stored_blocks() * D * D);
+        let mut own = BlockMatrix::new();
+        let w = problem.delassus().form_in(&mut own);
+        let mut entries = Vec::with_capacity(w.stored_blocks() * D * D);
         for row in 0..problem.contacts() {
-            for (column, block) in problem.delassus().row(row) {
+            for (column, block) in w.row(row) {
                 for i in 0..D {
                     entries.extend(
                         (0..D).map(|j| ((row * D + i) as u32, (column * D + j) as u32, block[(i, j)])),
@@ -283,7 +303,11 @@ impl Problem {
         let velocity = problem.b().iter().flat_map(|b| b.iter().copied()).collect();
         let delassus = SparseMatrix::from_entries(rows, rows, &entries);
         let data = Data::Local(Local { delassus, velocity, bilateral: None });
-        let friction = problem.friction().to_vec();
+        let rolls = |cone: &ContactCone<f64>| !matches!(cone, ContactCone::Coulomb { .. });
+        if let Some(contact) = problem.cones().iter().position(rolls) {
+            return Err(FclibError::Rolling { contact });
+        }
+        let friction = problem.cones().iter().map(ContactCone::friction).collect();
         Ok(Self { info, dimension: D, friction, data, guesses: Vec::new(), solution: None })
     }
 }

@@ -32,6 +32,13 @@ impl<T: Scalar, const D: usize> BlockRows<T, D> {
         self.truncate(0);
     }
 
+    /// Becomes `other`, in the memory at hand.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.starts.clone_from(&other.starts);
+        self.columns.clone_from(&other.columns);
+        self.entries.clone_from(&other.entries);
+    }
+
     /// Keeps the first `rows` block rows.
     pub fn truncate(&mut self, rows: usize) {
         self.starts.truncate(rows + 1);

@@ -16,11 +16,12 @@ use faer::sparse::linalg::cholesky::supernodal::{
 use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
 };
-use faer::sparse::{SparseColMat, linalg::SupernodalThreshold};
+use faer::sparse::{FaerError, SparseColMat, linalg::SupernodalThreshold};
 use faer::{Mat, MatMut, Par, Side};
 
+use super::error::FactorError;
 use super::panel::{LANES, Lanes, multiply, multiply_transpose, vectorised};
-use super::{FactorError, SparseSymmetric};
+use super::sparse::SparseSymmetric;
 use crate::scalar::Scalar;
 
 /// The Cholesky factors L Lᵀ of a sparse operator under a fill-reducing (AMD) order in which chosen unknowns come
@@ -84,17 +85,16 @@ impl<T: Scalar> SparseCholesky<T> {
     /// Factors `a`, with the unknowns `last` at the end of the order (repeated ones count once).
     ///
     /// # Errors
-    /// [`FactorError::NotPositiveDefinite`] with the pivot that failed, [`FactorError::Backend`].
+    /// [`FactorError`]: the pivot that failed, or what the sparse backend reports.
     pub fn new(a: &SparseSymmetric<T>, last: &[usize]) -> Result<Self, FactorError> {
-        let backend = |message: String| FactorError::Backend { message };
         let n = a.size();
         if u32::try_from(n).is_err() {
-            return Err(backend(format!("{n} unknowns are more than 2³²")));
+            return Err(FactorError::TooLarge { unknowns: n });
         }
         if n == 0 {
             return Ok(Self::empty());
         }
-        let (order, first_last) = elimination_order(a, last).map_err(backend)?;
+        let (order, first_last) = elimination_order(a, last).map_err(FactorError::Backend)?;
         let mut place = vec![0; n];
         order.iter().enumerate().for_each(|(at, &unknown)| place[unknown] = at);
         // Permuted here, so that the factors come in the order of the places.
@@ -105,9 +105,9 @@ impl<T: Scalar> SparseCholesky<T> {
         };
         let symbolic =
             factorize_symbolic_cholesky(upper.symbolic(), Side::Upper, SymmetricOrdering::Identity, params)
-                .map_err(|error| backend(error.to_string()))?;
+                .map_err(FactorError::Backend)?;
         let SymbolicCholeskyRaw::Supernodal(symbolic) = symbolic.raw() else {
-            return Err(backend("no supernodal factors although they were asked for".into()));
+            return Err(FactorError::NotSupernodal);
         };
         let mut values = vec![T::zero(); symbolic.len_val()];
         numeric(&lower, symbolic, &mut values)?;
@@ -301,7 +301,7 @@ impl<T: Scalar> SparseCholesky<T> {
 fn elimination_order<T: Scalar>(
     a: &SparseSymmetric<T>,
     last: &[usize],
-) -> Result<(Vec<usize>, usize), String> {
+) -> Result<(Vec<usize>, usize), FaerError> {
     let n = a.size();
     let mut is_last = vec![false; n];
     last.iter().for_each(|&unknown| is_last[unknown] = true);
@@ -312,8 +312,7 @@ fn elimination_order<T: Scalar>(
     let mut memory = MemBuffer::new(scratch);
     let stack = MemStack::new(&mut memory);
     let control = amd::Control::default();
-    amd::order_maybe_unsorted(&mut forward, &mut inverse, pattern.symbolic(), control, stack)
-        .map_err(|error| error.to_string())?;
+    amd::order_maybe_unsorted(&mut forward, &mut inverse, pattern.symbolic(), control, stack)?;
     // Checked by faer: a permutation and its inverse.
     let (forward, _) = PermRef::new_checked(&forward, &inverse, n).arrays();
     let (late, mut order): (Vec<usize>, Vec<usize>) = forward.iter().partition(|&&unknown| is_last[unknown]);

@@ -2,7 +2,9 @@
 
 use nalgebra::{Cholesky, DMatrix, DVectorViewMut, Dyn};
 
-use super::{SparseCholesky, Symmetric};
+use super::cholesky::SparseCholesky;
+use super::error::FactorError;
+use super::symmetric::Symmetric;
 use crate::scalar::{Scalar, all_finite};
 
 /// The factors of a positive definite operator, in the storage of the operator.
@@ -14,23 +16,6 @@ pub enum Factor<T: Scalar> {
     Dense(Cholesky<T, Dyn>),
     /// Sparse Cholesky factors.
     Sparse(Box<SparseCholesky<T>>),
-}
-
-/// Why an operator could not be factored.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum FactorError {
-    /// A pivot is not positive.
-    #[error("not positive definite: pivot {pivot} is not positive")]
-    NotPositiveDefinite {
-        /// Index of the pivot, in elimination order.
-        pivot: usize,
-    },
-    /// The sparse backend failed (sizes beyond its index type, memory).
-    #[error("sparse factorisation failed: {message}")]
-    Backend {
-        /// What it said.
-        message: String,
-    },
 }
 
 impl<T: Scalar> Factor<T> {

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::error::{NoPivot, PatternError};
 use super::front::eliminate;
 use super::symbolic::Symbolic;
 use crate::scalar::Scalar;
@@ -9,8 +10,21 @@ use crate::scalar::Scalar;
 /// K = L U by fronts (Duff and Reid 1984, doi:10.1137/0905045): the symbolic analysis is that of the whole pattern
 /// and is kept while the pattern stays; each numeric factorisation takes the active nodes only. Rows are exchanged
 /// within a front's pivots, never across fronts.
+///
+/// ```
+/// use nonsmooth::linalg::{Multifrontal, SolveBuffers};
+///
+/// // [2 1; 1 3] as four blocks of one number each.
+/// let mut lu = Multifrontal::new();
+/// lu.analyse(&[0, 2, 4], &[0, 1, 0, 1], 1)?;
+/// lu.factor(&[2.0, 1.0, 1.0, 3.0], &[true, true])?;
+/// let mut x = [3.0, 4.0];
+/// lu.solve(&mut x, &mut SolveBuffers::default());
+/// assert!((x[0] - 1.0f64).abs() < 1e-15 && (x[1] - 1.0f64).abs() < 1e-15);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone)]
-pub(crate) struct Multifrontal<T> {
+pub struct Multifrontal<T> {
     symbolic: Symbolic,
     fronts: Vec<Front>,
     /// Active positions of the fronts, pivots first.
@@ -25,9 +39,10 @@ pub(crate) struct Multifrontal<T> {
     local: Vec<usize>,
 }
 
-/// Buffers of a solve.
+/// Scratch memory of a solve: the right side in the order of elimination, and the part of it that belongs to the pivots of
+/// a front.
 #[derive(Debug, Clone)]
-pub(crate) struct SolveBuffers<T> {
+pub struct SolveBuffers<T> {
     x: Vec<T>,
     head: Vec<T>,
 }
@@ -35,6 +50,12 @@ pub(crate) struct SolveBuffers<T> {
 impl<T> Default for SolveBuffers<T> {
     fn default() -> Self {
         Self { x: Vec::new(), head: Vec::new() }
+    }
+}
+
+impl<T: Scalar> Default for Multifrontal<T> {
+    fn default() -> Self {
+        Self::new()
     }
 }
 
@@ -49,7 +70,8 @@ struct Front {
 }
 
 impl<T: Scalar> Multifrontal<T> {
-    pub(crate) fn new() -> Self {
+    /// Factors of nothing.
+    pub fn new() -> Self {
         Self {
             symbolic: Symbolic::default(),
             fronts: Vec::new(),
@@ -65,18 +87,26 @@ impl<T: Scalar> Multifrontal<T> {
 
     /// Takes the pattern of a matrix of `size`×`size` blocks: compressed rows, ascending, symmetric, with the
     /// diagonal. The analysis is redone only where the pattern differs from the last.
-    pub(crate) fn analyse(&mut self, starts: &[usize], columns: &[usize], size: usize) {
+    ///
+    /// # Errors
+    /// [`PatternError`] with the first row that is not so.
+    pub fn analyse(&mut self, starts: &[usize], columns: &[usize], size: usize) -> Result<(), PatternError> {
         if !self.symbolic.matches(starts, columns, size) {
-            self.symbolic = Symbolic::new(starts, columns, size);
+            self.symbolic = Symbolic::new(starts, columns, size)?;
+            self.fronts.clear();
         }
+        Ok(())
     }
 
     /// Factors the matrix whose entries, `size`² numbers each in columns, stand in `values` in the order of the
     /// pattern, restricted to the active nodes.
     ///
     /// # Errors
-    /// The node at which no pivot was found.
-    pub(crate) fn factor(&mut self, values: &[T], active: &[bool]) -> Result<(), usize> {
+    /// [`NoPivot`].
+    ///
+    /// # Panics
+    /// If there are fewer values or nodes than the pattern has.
+    pub fn factor(&mut self, values: &[T], active: &[bool]) -> Result<(), NoPivot> {
         let d = self.symbolic.size;
         self.fronts.clear();
         self.nodes.clear();
@@ -106,7 +136,7 @@ impl<T: Scalar> Multifrontal<T> {
                 Front { nodes, pivots: p, rows: n, factors: self.factors.len(), swaps: self.swaps.len() };
             self.swaps.resize(front.swaps + p, 0);
             eliminate(&mut self.dense, n, p, &mut self.swaps[front.swaps..])
-                .map_err(|column| self.symbolic.order[self.nodes[first + column / d]])?;
+                .map_err(|column| NoPivot { node: self.symbolic.order[self.nodes[first + column / d]] })?;
             self.factors.extend_from_slice(&self.dense[..n * p]);
             for column in self.dense[n * p..].chunks_exact(n.max(1)) {
                 self.factors.extend_from_slice(&column[..p]);
@@ -183,7 +213,10 @@ impl<T: Scalar> Multifrontal<T> {
     }
 
     /// Solves K x = b in place; `x` has `size` numbers per node, those of inactive nodes are left alone.
-    pub(crate) fn solve(&self, x: &mut [T], buffers: &mut SolveBuffers<T>) {
+    ///
+    /// # Panics
+    /// If `x` is shorter than that.
+    pub fn solve(&self, x: &mut [T], buffers: &mut SolveBuffers<T>) {
         let d = self.symbolic.size;
         let Self { symbolic, fronts, nodes, factors, swaps, .. } = self;
         let SolveBuffers { x: work, head } = buffers;

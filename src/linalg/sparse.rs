@@ -4,7 +4,8 @@ use faer::Side;
 use faer::sparse::{SparseColMat, Triplet};
 use nalgebra::DMatrix;
 
-use super::OperatorError;
+use super::error::OperatorError;
+use super::slices::max_abs;
 use crate::scalar::{Scalar, all_finite, epsilon, lit, to_f64};
 
 /// A sparse symmetric operator in compressed columns, both triangles stored.
@@ -106,7 +107,7 @@ impl<T: Scalar> SparseSymmetric<T> {
     }
 
     fn check_symmetric(&self) -> Result<(), OperatorError> {
-        let bound = lit::<T>(64.0) * epsilon::<T>() * super::max_abs(&self.values);
+        let bound = lit::<T>(64.0) * epsilon::<T>() * max_abs(&self.values);
         for (row, column, value) in self.entries() {
             let mirror = self.column(row).find(|&(i, _)| i == column).map_or(T::zero(), |(_, x)| x);
             if nalgebra::ComplexField::abs(value - mirror) > bound {

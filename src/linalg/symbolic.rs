@@ -6,6 +6,8 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::SymbolicSparseColMatRef;
 use faer::sparse::linalg::amd;
 
+use super::error::PatternError;
+
 /// Up to this many scalar unknowns the matrix is one dense front.
 const DENSE_LIMIT: usize = 48;
 /// Fronts up to this many scalar rows are merged whatever zeros it costs.
@@ -51,7 +53,8 @@ impl Symbolic {
     }
 
     /// Analyses a pattern in compressed rows, ascending in every row, structurally symmetric, with its diagonal.
-    pub(super) fn new(starts: &[usize], columns: &[usize], size: usize) -> Self {
+    pub(super) fn new(starts: &[usize], columns: &[usize], size: usize) -> Result<Self, PatternError> {
+        check(starts, columns)?;
         let n = starts.len() - 1;
         let mut symbolic = Self {
             size,
@@ -67,14 +70,14 @@ impl Symbolic {
             if n > 0 {
                 symbolic.supernodes.push(Supernode { pivots: 0..n, border: 0..0, children: 0 });
             }
-            return symbolic;
+            return Ok(symbolic);
         }
         symbolic.set_order(minimum_degree(starts, columns));
         let post = postorder(&symbolic.elimination_tree());
         let order = post.iter().map(|&k| symbolic.order[k]).collect();
         symbolic.set_order(order);
         symbolic.find_supernodes();
-        symbolic
+        Ok(symbolic)
     }
 
     fn set_order(&mut self, order: Vec<usize>) {
@@ -171,6 +174,28 @@ impl Symbolic {
                 self.supernodes[owner[first]].children += 1;
             }
         }
+    }
+}
+
+/// Checks that every row ascends, stays within the matrix and holds its diagonal, and that (j, i) is an entry where (i, j) is.
+fn check(starts: &[usize], columns: &[usize]) -> Result<(), PatternError> {
+    let ends = starts.first() == Some(&0) && starts.last() == Some(&columns.len());
+    if !ends || !starts.is_sorted() {
+        return Err(PatternError { row: 0 });
+    }
+    let n = starts.len() - 1;
+    let row = |i: usize| &columns[starts[i]..starts[i + 1]];
+    let sound = |i: usize| {
+        row(i).is_sorted_by(|a, b| a < b)
+            && row(i).last().is_some_and(|&last| last < n)
+            && row(i).binary_search(&i).is_ok()
+    };
+    if let Some(row) = (0..n).find(|&i| !sound(i)) {
+        return Err(PatternError { row });
+    }
+    match (0..n).find(|&i| row(i).iter().any(|&j| row(j).binary_search(&i).is_err())) {
+        Some(row) => Err(PatternError { row }),
+        None => Ok(()),
     }
 }
 

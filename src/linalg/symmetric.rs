@@ -2,7 +2,9 @@
 
 use nalgebra::DMatrix;
 
-use super::SparseSymmetric;
+use super::error::OperatorError;
+use super::slices::{axpy, max_abs};
+use super::sparse::SparseSymmetric;
 use crate::scalar::{Scalar, all_finite, epsilon, lit, to_f64};
 
 /// A symmetric n×n operator: mass M, damping C or stiffness K. A diagonal one stays diagonal.
@@ -14,49 +16,6 @@ pub enum Symmetric<T: Scalar> {
     Dense(DMatrix<T>),
     /// Compressed columns, both triangles.
     Sparse(SparseSymmetric<T>),
-}
-
-/// Why a matrix is not the operator it should be.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum OperatorError {
-    /// A NaN or an infinity.
-    #[error("entry ({row}, {column}) is not finite")]
-    NotFinite {
-        /// Row.
-        row: usize,
-        /// Column.
-        column: usize,
-    },
-    /// Not square.
-    #[error("the matrix is {rows}×{columns}, it must be square")]
-    NotSquare {
-        /// Number of rows.
-        rows: usize,
-        /// Number of columns.
-        columns: usize,
-    },
-    /// A_ij ≠ A_ji.
-    #[error(
-        "the matrix is not symmetric: entries ({row}, {column}) and ({column}, {row}) differ by {difference:e}"
-    )]
-    NotSymmetric {
-        /// Row.
-        row: usize,
-        /// Column.
-        column: usize,
-        /// A_ij − A_ji.
-        difference: f64,
-    },
-    /// An index outside the matrix.
-    #[error("entry ({row}, {column}) lies outside a matrix of size {size}")]
-    OutOfBounds {
-        /// Row.
-        row: usize,
-        /// Column.
-        column: usize,
-        /// Size n.
-        size: usize,
-    },
 }
 
 impl<T: Scalar> Symmetric<T> {
@@ -86,7 +45,7 @@ impl<T: Scalar> Symmetric<T> {
         if let Some((row, column)) = pairs().find(bad) {
             return Err(OperatorError::NotFinite { row, column });
         }
-        let bound = lit::<T>(64.0) * epsilon::<T>() * super::max_abs(matrix.as_slice());
+        let bound = lit::<T>(64.0) * epsilon::<T>() * max_abs(matrix.as_slice());
         let difference = |(i, j): (usize, usize)| matrix[(i, j)] - matrix[(j, i)];
         if let Some(at) = pairs().find(|&at| nalgebra::ComplexField::abs(difference(at)) > bound) {
             let difference = to_f64(difference(at));
@@ -152,7 +111,7 @@ impl<T: Scalar> Symmetric<T> {
                 y.fill(T::zero());
                 // Column by column: contiguous, and A = Aᵀ.
                 for (j, &x_j) in x.iter().enumerate() {
-                    super::axpy(y, x_j, a.column(j).as_slice());
+                    axpy(y, x_j, a.column(j).as_slice());
                 }
             }
             Self::Sparse(a) => a.multiply(x, y),
@@ -184,7 +143,7 @@ impl<T: Scalar> Symmetric<T> {
     pub fn plus(self, factor: T, other: &Self) -> Self {
         match (self, other) {
             (Self::Diagonal(mut a), Self::Diagonal(b)) => {
-                super::axpy(&mut a, factor, b);
+                axpy(&mut a, factor, b);
                 Self::Diagonal(a)
             }
             (Self::Dense(a), b) => Self::Dense(a + b.to_dense() * factor),

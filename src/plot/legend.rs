@@ -1,193 +1,99 @@
-//! Placement and drawing of the legend.
+//! A place for the legend where it hides no data.
 
-use kuva::render::render::TextAnchor;
-
-use super::draw::{Ink, Pen, RADIUS};
-use super::model::Style;
-use super::shape::{Frame, Point, Shape, inside};
-use super::text::{self, Text};
+use super::shape::{Point, Shape};
 
 /// Length of the line shown for a series.
-const SAMPLE: f64 = 17.0;
-const GAP: f64 = 4.0;
-/// Smallest size of the labels.
-const LEAST: u32 = 7;
-/// Distance between the legend and the axes.
-const INSET: f64 = 4.0;
-/// Distance between the legend and the data.
-const MARGIN: f64 = RADIUS + 0.5;
+pub(super) const SAMPLE: f64 = 17.0;
+/// Distance from the axes and the data, and between line and label.
+pub(super) const GAP: f64 = 4.0;
+/// Shares of the height that may be added to make room, and sizes of labels: small ones before much squeezed data.
+const TRIES: [(f64, u32); 9] =
+    [(0.0, 10), (0.12, 10), (0.2, 10), (0.12, 8), (0.3, 10), (0.3, 8), (0.5, 8), (0.8, 8), (1.4, 8)];
 
-/// Shares of the vertical extent that may be added to make room.
-const SHARES: [f64; 9] = [0.0, 0.12, 0.2, 0.3, 0.4, 0.55, 0.75, 1.0, 1.4];
-/// How many of them squeeze the data less than small labels bother the reader.
-const FEW: usize = 5;
-
-/// A series as the legend shows it.
+/// Entries row by row in columns.
 #[derive(Clone, Debug)]
-pub(super) struct Entry {
-    pub(super) label: String,
-    pub(super) pen: Pen,
-    pub(super) style: Style,
-}
-
-/// The entries in columns, before they have a place.
-#[derive(Clone, Debug)]
-struct Block {
-    /// Width of each column.
+pub(super) struct Legend {
     columns: Vec<f64>,
-    /// Height of a row.
-    row: f64,
-    size: u32,
-    rows: usize,
-}
-
-impl Block {
-    /// Entries row by row in `count` columns. A single column is made to fit in
-    /// `room`; with several, it is for the caller to see if they do.
-    fn new(entries: &[Entry], count: usize, room: f64, size: u32) -> Self {
-        let mut columns = vec![0.0_f64; count.max(1)];
-        for (i, entry) in entries.iter().enumerate() {
-            let width = SAMPLE + 2.0 * GAP + text::width(&entry.label, f64::from(size));
-            let column = &mut columns[i % count.max(1)];
-            *column = column.max(width);
-        }
-        if let [only] = columns.as_mut_slice()
-            && *only > room
-        {
-            if size > LEAST {
-                return Self::new(entries, count, room, size - 1);
-            }
-            *only = room;
-        }
-        Self {
-            columns,
-            row: (f64::from(size) * 1.3).ceil(),
-            size,
-            rows: entries.len().div_ceil(count.max(1)),
-        }
-    }
-
-    fn extent(&self) -> Point {
-        (self.columns.iter().sum(), self.rows as f64 * self.row)
-    }
-}
-
-/// A legend laid out in a frame.
-#[derive(Clone, Debug)]
-pub(super) struct Placed {
-    block: Block,
+    /// Size of the labels.
+    pub(super) font: u32,
     /// Upper left corner.
     corner: Point,
-    /// Shares of the vertical extent to add below and above the data.
+    /// Shares of the height to add below and above the data.
     pub(super) extra: (f64, f64),
-    hides_data: bool,
 }
 
-impl Placed {
-    /// Finds the place that hides least of the `shapes` in a frame at `corner`,
-    /// with room above or below the data as a last resort if the axis may `stretch`.
-    pub(super) fn find(
-        entries: &[Entry],
-        shapes: &[Shape],
-        frame: Frame,
-        size: u32,
-        stretch: bool,
-    ) -> Option<Self> {
-        let mut best: Option<(f64, Self)> = None;
-        // Smaller labels are better than much squeezed data.
-        let small = size.min(size.saturating_sub(2).max(LEAST));
-        let (few, many) = SHARES.split_at(if stretch { FEW } else { 1 });
-        let many = if stretch { many } else { &[] };
-        let tries = few.iter().map(|s| (s, size));
-        let tries = tries.chain(few.iter().chain(many).map(|s| (s, small)));
-        for ((&share, size), at_bottom) in tries.flat_map(|t| [(t, false), (t, true)]) {
-            for columns in 1..=entries.len() {
-                let block = Block::new(entries, columns, frame.size.0 - 2.0 * INSET, size);
-                let (width, height) = block.extent();
-                let room = (frame.size.0 - width - 2.0 * INSET, frame.size.1 - height - 2.0 * INSET);
-                let overflow = (-room.0).max(0.0) + (-room.1).max(0.0);
-                for across in [1.0, 0.0, 0.5] {
-                    let down = if at_bottom { 1.0 } else { 0.0 };
-                    let corner = (
-                        frame.corner.0 + INSET + room.0.max(0.0) * across,
-                        frame.corner.1 + INSET + room.1.max(0.0) * down,
-                    );
-                    // Where the block would be among the shapes as they are now.
-                    let fixed = frame.corner.1 + frame.size.1 * (1.0 - down);
-                    let unsqueezed = |y: f64| fixed + (y - fixed) * (1.0 + share);
-                    let top = unsqueezed(corner.1 - MARGIN);
-                    let origin = (corner.0 - MARGIN, top);
-                    let bottom = unsqueezed(corner.1 + height + MARGIN);
-                    let area = (width + 2.0 * MARGIN, bottom - top);
-                    let cost = covered(shapes, origin, area) + 1e4 * overflow;
-                    let placed = || Self {
-                        block: block.clone(),
-                        corner,
-                        extra: if at_bottom { (share, 0.0) } else { (0.0, share) },
-                        hides_data: cost > 0.0,
-                    };
-                    if cost == 0.0 {
-                        return Some(placed());
-                    }
-                    if share == 0.0 && best.as_ref().is_none_or(|b| cost < b.0) {
-                        best = Some((cost, placed()));
-                    }
-                }
+impl Legend {
+    /// The first place that covers none of the `shapes` in axes of a `size`, or else the one that covers least; only if
+    /// the axis may `extend`, the data may give way.
+    pub(super) fn find(labels: &[&str], shapes: &[Shape], size: Point, extend: bool) -> Option<Self> {
+        let dots: Vec<Point> = shapes.iter().flat_map(dots).collect();
+        let tries = TRIES.iter().filter(|(share, _)| extend || *share == 0.0);
+        let places = tries.flat_map(|&(share, font)| {
+            let counts =
+                [false, true].into_iter().flat_map(move |below| (1..=labels.len()).map(move |n| (n, below)));
+            counts.flat_map(move |(n, below)| [1.0, 0.0, 0.5].map(|side| (share, font, n, below, side)))
+        });
+        let mut best = (f64::INFINITY, None);
+        for (share, font, count, below, side) in places {
+            let mut columns = vec![0.0_f64; count];
+            for (i, label) in labels.iter().enumerate() {
+                columns[i % count] = columns[i % count].max(SAMPLE + 2.4 * GAP + width(label, font));
+            }
+            let block = (columns.iter().sum::<f64>(), labels.len().div_ceil(count) as f64 * row(font));
+            let room = (size.0 - block.0 - 2.0 * GAP, size.1 - block.1 - 2.0 * GAP);
+            let overflow = (-room.0).max(0.0) + (-room.1).max(0.0);
+            let down = if below { room.1.max(0.0) } else { 0.0 };
+            let corner = (GAP + room.0.max(0.0) * side, size.1 - GAP - down);
+            let covered = dots.iter().filter(|dot| {
+                // Where the dot will be when the data have given way.
+                let level = (dot.1 + if below { share * size.1 } else { 0.0 }) / (1.0 + share);
+                (corner.0 - GAP..corner.0 + block.0).contains(&dot.0)
+                    && (corner.1 - block.1 - GAP..corner.1 + GAP).contains(&level)
+            });
+            let cost = covered.count() as f64 + 1e4 * overflow;
+            if cost < best.0 {
+                let extra = if below { (share, 0.0) } else { (0.0, share) };
+                best = (cost, Some(Self { columns, font, corner, extra }));
+            }
+            if cost == 0.0 {
+                break;
             }
         }
-        best.map(|b| b.1)
+        best.1
     }
 
-    /// Draws the legend.
-    pub(super) fn draw(&self, entries: &[Entry], ink: &mut Ink) {
-        let Block { columns, row, size, .. } = &self.block;
-        if self.hides_data {
-            ink.veil(self.corner, self.block.extent());
-        }
-        for (i, entry) in entries.iter().enumerate() {
-            let (down, across) = (i / columns.len(), i % columns.len());
-            let before: f64 = columns[..across].iter().sum();
-            let x = self.corner.0 + before;
-            let y = self.corner.1 + (down as f64 + 0.5) * row;
-            let line = match entry.style {
-                Style::Markers => Vec::new(),
-                _ => vec![vec![(x + 1.0, y), (x + SAMPLE, y)]],
-            };
-            ink.dashed(&line, entry.pen.rgb, entry.pen.width, entry.pen.dash);
-            let mark = match entry.style {
-                Style::Line | Style::Steps => Vec::new(),
-                Style::Stems => vec![(x + SAMPLE - RADIUS, y)],
-                Style::Markers | Style::LineAndMarkers => vec![(x + SAMPLE / 2.0, y)],
-            };
-            ink.marks(&mark, &entry.pen);
-            let room = columns[across] - SAMPLE - 2.0 * GAP;
-            let (px, label) = text::fit(&entry.label, *size, room + 0.01);
-            ink.text(&Text {
-                content: &label,
-                x: x + SAMPLE + GAP,
-                y: y + 0.36 * f64::from(*size),
-                size: px,
-                anchor: TextAnchor::Start,
-                upright: false,
-            });
-        }
+    /// Where the line of an entry begins.
+    pub(super) fn place(&self, entry: usize) -> Point {
+        let (down, across) = (entry / self.columns.len(), entry % self.columns.len());
+        let left = self.corner.0 + self.columns[..across].iter().sum::<f64>();
+        (left, self.corner.1 - (down as f64 + 0.5) * row(self.font))
     }
 }
 
-/// Length of line and number of markers, weighted, in a rectangle.
-fn covered(shapes: &[Shape], origin: Point, size: Point) -> f64 {
-    let length = |line: &Vec<Point>| -> f64 {
-        let part = |pair: &[Point]| {
-            let (a, b) = (pair[0], pair[1]);
-            let share = inside(a, b, origin, size).map_or(0.0, |(from, to)| to - from);
-            share * (b.0 - a.0).hypot(b.1 - a.1)
-        };
-        line.windows(2).map(part).sum()
+/// Height of a row.
+fn row(font: u32) -> f64 {
+    1.35 * f64::from(font)
+}
+
+/// Width of a label, rather too large.
+pub(super) fn width(label: &str, font: u32) -> f64 {
+    let letter = |c: char| match c {
+        '$' | '_' | '^' | '{' | '}' => 0.0,
+        ' ' | '.' | ',' | ':' | '(' | ')' | '/' | 'i' | 'j' | 'l' | 't' | 'r' | '-' => 0.38,
+        'm' | 'w' => 0.9,
+        _ => 0.61,
     };
-    let within = |m: &&Point| inside(**m, **m, origin, size).is_some();
-    let cost = |shape: &Shape| {
-        let lines: f64 = shape.lines.iter().map(length).sum();
-        lines + 6.0 * shape.marks.iter().filter(within).count() as f64
+    f64::from(font) * label.chars().map(letter).sum::<f64>()
+}
+
+/// The marks, and points along the lines close enough to find what covers them.
+fn dots(shape: &Shape) -> Vec<Point> {
+    let between = |pair: &[Point]| {
+        let (a, b) = (pair[0], pair[1]);
+        let parts = ((b.0 - a.0).hypot(b.1 - a.1) / 3.0).ceil().max(1.0) as usize;
+        let at = move |s: f64| (a.0 + s * (b.0 - a.0), a.1 + s * (b.1 - a.1));
+        (0..=parts).map(move |i| at(i as f64 / parts as f64))
     };
-    shapes.iter().map(cost).sum()
+    let lines = shape.lines.iter().flat_map(|line| line.windows(2).flat_map(between));
+    lines.chain(shape.marks.iter().copied()).collect()
 }

@@ -1,40 +1,13 @@
 //! What a figure is made of.
 
-/// Dash pattern of a curve, so that curves differ in greyscale too.
+/// Dashes of a curve, other than those that tell its rank in greyscale too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dash {
     /// An unbroken line.
-    Solid,
-    /// Medium dashes.
-    Dashed,
+    Solid = 0,
     /// Round dots.
-    Dotted,
-    /// Alternating dashes and dots.
-    DashDot,
-    /// Long dashes.
-    LongDash,
+    Dotted = 2,
 }
-
-/// Shape drawn at a data point; filled and open shapes alternate.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Marker {
-    /// Filled disc.
-    Disc,
-    /// Open square.
-    Square,
-    /// Filled triangle.
-    Triangle,
-    /// Open diamond.
-    Diamond,
-    /// Diagonal cross.
-    Cross,
-    /// Open circle.
-    Circle,
-}
-
-/// The markers in the order in which series take them.
-pub const MARKERS: [Marker; 6] =
-    [Marker::Disc, Marker::Square, Marker::Triangle, Marker::Diamond, Marker::Cross, Marker::Circle];
 
 /// How the points of a series are shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -54,70 +27,46 @@ pub enum Style {
 
 /// One curve, cloud of points or set of bars.
 ///
-/// Points with a non-finite coordinate are not drawn and interrupt the curve;
-/// if `x` and `y` differ in length, the excess is ignored. Labels and titles may
-/// contain indices and exponents between dollars: `$u_N$`, `$\gamma$` is written
-/// `γ`, `$p_{max}$`, `$10^{-3}$`.
+/// Points with a non-finite coordinate are not drawn and interrupt the curve; if `x` and `y` differ in length, the
+/// excess is ignored. Labels and titles may have indices and exponents between dollars: `$u_N$`, `$10^{−3}$`.
 #[derive(Clone, Debug)]
 pub struct Series {
-    /// Name in the legend; an empty label stays out of it.
-    pub label: String,
-    /// Abscissae.
-    pub x: Vec<f64>,
-    /// Ordinates.
-    pub y: Vec<f64>,
-    /// How the points are shown.
-    pub style: Style,
-    /// Index into the palette; by default the rank of the series in its panel.
-    pub color: Option<usize>,
-    /// Dash pattern; by default chosen from the rank of the series.
-    pub dash: Option<Dash>,
-    /// Marker shape; by default chosen from the rank of the series.
-    pub marker: Option<Marker>,
-    /// Line width in pixels.
-    pub width: f64,
+    pub(super) label: String,
+    pub(super) x: Vec<f64>,
+    pub(super) y: Vec<f64>,
+    pub(super) style: Style,
+    pub(super) color: Option<usize>,
+    pub(super) dash: Option<Dash>,
+    pub(super) width: f64,
 }
 
 impl Series {
-    /// A series of the given style with default colour, dashes and markers.
+    /// A series of the given style; colour, dashes and markers follow from its rank in the panel. An empty label stays
+    /// out of the legend.
     pub fn new(label: impl Into<String>, style: Style, x: Vec<f64>, y: Vec<f64>) -> Self {
-        Self { label: label.into(), x, y, style, color: None, dash: None, marker: None, width: 1.2 }
+        Self { label: label.into(), x, y, style, color: None, dash: None, width: 1.2 }
     }
 
-    /// Separate straight edges `[x0, y0, x1, y1]`, drawn as one set of thin lines:
-    /// a mesh, for instance, in a panel with `equal_aspect`.
+    /// Separate straight edges `[x0, y0, x1, y1]` as one set of thin lines: a mesh, for instance.
     pub fn edges(label: impl Into<String>, edges: &[[f64; 4]]) -> Self {
-        let mut x = Vec::with_capacity(3 * edges.len());
-        let mut y = Vec::with_capacity(3 * edges.len());
-        for &[x0, y0, x1, y1] in edges {
-            x.extend([x0, x1, f64::NAN]);
-            y.extend([y0, y1, f64::NAN]);
-        }
+        let x = edges.iter().flat_map(|e| [e[0], e[2], f64::NAN]).collect();
+        let y = edges.iter().flat_map(|e| [e[1], e[3], f64::NAN]).collect();
         Self { width: 0.4, ..Self::new(label, Style::Line, x, y) }
     }
 
-    /// Sets the palette index.
-    pub fn color(mut self, index: usize) -> Self {
-        self.color = Some(index);
-        self
+    /// Sets the index of the colour and of the marker.
+    pub fn color(self, index: usize) -> Self {
+        Self { color: Some(index), ..self }
     }
 
     /// Sets the dash pattern.
-    pub fn dash(mut self, dash: Dash) -> Self {
-        self.dash = Some(dash);
-        self
-    }
-
-    /// Sets the marker shape.
-    pub fn marker(mut self, marker: Marker) -> Self {
-        self.marker = Some(marker);
-        self
+    pub fn dash(self, dash: Dash) -> Self {
+        Self { dash: Some(dash), ..self }
     }
 
     /// Sets the line width in pixels.
-    pub fn width(mut self, width: f64) -> Self {
-        self.width = width;
-        self
+    pub fn width(self, width: f64) -> Self {
+        Self { width, ..self }
     }
 
     /// The points, whatever their value.
@@ -136,17 +85,7 @@ pub enum Scale {
     Log10,
 }
 
-/// Where the legend goes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Legend {
-    /// Where it hides no data, making room above the data if need be.
-    #[default]
-    Auto,
-    /// No legend.
-    None,
-}
-
-/// One set of axes with its curves.
+/// One set of axes with its curves; the legend goes where it hides no data.
 #[derive(Clone, Debug, Default)]
 pub struct Panel {
     /// Title, printed after the letter of the panel.
@@ -169,8 +108,6 @@ pub struct Panel {
     pub zero_line: bool,
     /// Gives both axes the same length per unit (linear axes only).
     pub equal_aspect: bool,
-    /// Where the legend goes.
-    pub legend: Legend,
 }
 
 impl Panel {
@@ -186,62 +123,35 @@ impl Panel {
     }
 
     /// Makes both axes logarithmic.
-    pub fn log_log(mut self) -> Self {
-        self.x_scale = Scale::Log10;
-        self.y_scale = Scale::Log10;
-        self
+    pub fn log_log(self) -> Self {
+        Self { x_scale: Scale::Log10, y_scale: Scale::Log10, ..self }
     }
 
     /// Draws a thin line at ordinate zero.
-    pub fn zero_line(mut self) -> Self {
-        self.zero_line = true;
-        self
+    pub fn zero_line(self) -> Self {
+        Self { zero_line: true, ..self }
     }
 }
 
-/// A figure: panels in rows of `columns`, at the size it has on paper.
+/// A figure: panels in rows of `columns`, lettered when there are several, at the size it has on paper.
 ///
-/// Lengths are in pixels of 1/96 inch, so 322 px is a journal column of 8.5 cm
-/// and 12 px is 9 pt.
+/// Lengths are in pixels of 1/96 inch, so 322 px is a journal column of 8.5 cm.
 #[derive(Clone, Debug)]
 pub struct Figure {
-    /// Title above all panels.
-    pub title: Option<String>,
-    /// The panels, row by row; lettered when there are several.
-    pub panels: Vec<Panel>,
-    /// Number of panels in a row.
-    pub columns: usize,
-    /// Width of the figure.
-    pub width_px: f64,
-    /// Height of one row of panels, labels included.
-    pub panel_height_px: f64,
-    /// Size of the labels; tick labels are one pixel smaller.
-    pub font_px: u32,
-}
-
-impl Default for Figure {
-    fn default() -> Self {
-        Self {
-            title: None,
-            panels: Vec::new(),
-            columns: 2,
-            width_px: 322.0,
-            panel_height_px: 140.0,
-            font_px: 11,
-        }
-    }
+    pub(super) panels: Vec<Panel>,
+    pub(super) columns: usize,
+    pub(super) width_px: f64,
+    pub(super) panel_height_px: f64,
 }
 
 impl Figure {
     /// A figure one journal column wide with `columns` panels in a row.
     pub fn new(columns: usize, panels: Vec<Panel>) -> Self {
-        Self { panels, columns, ..Self::default() }
+        Self { panels, columns, width_px: 322.0, panel_height_px: 140.0 }
     }
 
     /// Sets the width of the figure and the height of a row of panels.
-    pub fn size(mut self, width_px: f64, panel_height_px: f64) -> Self {
-        self.width_px = width_px;
-        self.panel_height_px = panel_height_px;
-        self
+    pub fn size(self, width_px: f64, panel_height_px: f64) -> Self {
+        Self { width_px, panel_height_px, ..self }
     }
 }

@@ -1,28 +1,17 @@
-//! Geometry of the series.
+//! Lines and markers of a series in pixels from the lower left corner of the axes.
 
 use super::axis::Axis;
-use super::decimate::decimate;
-use super::draw::RADIUS;
 use super::model::{Series, Style};
 
 /// A point in pixels.
 pub(super) type Point = (f64, f64);
 
-/// The rectangle of the axes.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Frame {
-    /// Upper left corner.
-    pub(super) corner: Point,
-    pub(super) size: Point,
-}
+/// Most pieces of a broken curve.
+const PIECES: usize = 20_000;
+/// Most markers drawn on a curve, and most bars with a head.
+const MARKS: usize = 60;
 
-/// Most markers drawn on a joined series; the others would only blot the line.
-const MOST_MARKS: usize = 60;
-
-/// Columns per pixel kept by decimation.
-const COLUMNS_PER_PX: f64 = 2.0;
-
-/// Lines and markers of a series in pixels.
+/// Lines and markers.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Shape {
     pub(super) lines: Vec<Vec<Point>>,
@@ -30,113 +19,54 @@ pub(super) struct Shape {
 }
 
 impl Shape {
-    /// The part of a series inside the axes.
-    pub(super) fn new(series: &Series, x: &Axis, y: &Axis, frame: Frame) -> Self {
-        let (width, height) = frame.size;
-        let stems = series.style == Style::Stems;
-        let place = |(a, b): Point| (x.place(a) * width, (1.0 - y.place(b)) * height);
-        // A zero percussion is the absence of one.
-        let drawn = series.points().filter(|p| !stems || p.1 != 0.0).map(place);
-        let pieces = decimate(drawn, width, (width * COLUMNS_PER_PX) as usize);
-        let all = || pieces.iter().flatten().copied();
-        let mut shape = Self::default();
+    /// The series in axes of a `size`, thinned to what they can show; what lies out of them is not far out.
+    pub(super) fn new(series: &Series, x: &Axis, y: &Axis, size: Point) -> Self {
+        let at = |axis: &Axis, number: f64, length: f64| axis.fraction(number).clamp(-9.0, 10.0) * length;
+        // A percussion of zero is the absence of one.
+        let drawn = series.points().filter(|p| series.style != Style::Stems || p.1 != 0.0);
+        let points: Vec<Point> =
+            drawn.map(|(a, b)| (at(x, x.place(a), size.0), at(y, y.place(b), size.1))).collect();
+        let pieces =
+            points.split(|p| !(p.0.is_finite() && p.1.is_finite())).filter(|piece| !piece.is_empty());
+        let stride = pieces.clone().count().div_ceil(PIECES).max(1);
+        let lines: Vec<Vec<Point>> = pieces.step_by(stride).map(|piece| thin(piece, 2.0 * size.0)).collect();
+        let all: Vec<Point> = lines.concat();
         match series.style {
-            Style::Markers => shape.marks = sparse(all(), 0.5),
-            Style::Line => shape.lines = pieces,
+            Style::Line => Self { lines, marks: Vec::new() },
+            Style::Steps => {
+                Self { lines: lines.iter().map(|line| stairs(line)).collect(), marks: Vec::new() }
+            }
+            Style::Markers => Self { lines: Vec::new(), marks: all },
             Style::LineAndMarkers => {
-                shape.marks = all().collect();
-                if shape.marks.len() > MOST_MARKS {
-                    shape.marks = sparse(all(), 6.0 * RADIUS);
-                }
-                shape.lines = pieces;
+                Self { lines, marks: all.iter().copied().step_by(all.len().div_ceil(MARKS).max(1)).collect() }
             }
-            Style::Steps => shape.lines = pieces.iter().map(|p| stairs(p)).collect(),
             Style::Stems => {
-                let base = (1.0 - y.baseline()) * height;
-                shape.lines = all().map(|p| vec![(p.0, base), p]).collect();
-                if shape.lines.len() <= MOST_MARKS {
-                    shape.marks = all().collect();
-                }
+                // Bars begin at zero, or at the edge of axes without zero.
+                let base = if y.log { 0.0 } else { y.fraction(0.0).clamp(0.0, 1.0) * size.1 };
+                let lines = all.iter().map(|p| vec![(p.0, base), *p]).collect();
+                Self { lines, marks: if all.len() <= MARKS { all } else { Vec::new() } }
             }
         }
-        let slack = 0.01;
-        let inside =
-            |p: &Point| (-slack..=width + slack).contains(&p.0) && (-slack..=height + slack).contains(&p.1);
-        if !shape.lines.iter().flatten().all(inside) {
-            shape.lines = shape.lines.iter().flat_map(|l| clip(l, frame.size)).collect();
-        }
-        shape.marks.retain(inside);
-        let points = shape.lines.iter_mut().flatten();
-        for p in points.chain(shape.marks.iter_mut()) {
-            *p = (p.0 + frame.corner.0, p.1 + frame.corner.1);
-        }
-        shape
     }
 }
 
-/// Drops points closer than `spacing` to the last one kept.
-fn sparse(points: impl Iterator<Item = Point>, spacing: f64) -> Vec<Point> {
-    let mut kept: Vec<Point> = Vec::new();
-    for p in points {
-        if kept.last().is_none_or(|q| (p.0 - q.0).hypot(p.1 - q.1) >= spacing) {
-            kept.push(p);
-        }
-    }
-    kept
+/// The first, lowest, highest and last point of each of some `shares` of a long curve, so that no spike is lost.
+fn thin(curve: &[Point], shares: f64) -> Vec<Point> {
+    let share = curve.len().div_ceil(shares as usize + 1);
+    let share = if share > 4 { share } else { 1 };
+    let extremes = |run: &[Point]| {
+        let by_height = |a: &usize, b: &usize| run[*a].1.total_cmp(&run[*b].1);
+        let (low, high) = ((0..run.len()).min_by(by_height), (0..run.len()).max_by(by_height));
+        let mut kept = vec![0, low.unwrap_or(0), high.unwrap_or(0), run.len() - 1];
+        kept.sort_unstable();
+        kept.dedup();
+        kept.into_iter().map(|i| run[i]).collect::<Vec<Point>>()
+    };
+    curve.chunks(share).flat_map(extremes).collect()
 }
 
 /// The piecewise constant curve through the points.
 fn stairs(points: &[Point]) -> Vec<Point> {
-    let mut out: Vec<Point> = Vec::with_capacity(2 * points.len());
-    for &p in points {
-        if let Some(&q) = out.last() {
-            out.push((p.0, q.1));
-        }
-        out.push(p);
-    }
-    out
-}
-
-/// The part of a segment inside a rectangle from the origin to `size`
-/// (Liang and Barsky), as fractions of the segment.
-pub(super) fn inside(a: Point, b: Point, origin: Point, size: Point) -> Option<(f64, f64)> {
-    let (mut from, mut to) = (0.0_f64, 1.0_f64);
-    let sides = [
-        (a.0 - b.0, a.0 - origin.0),
-        (b.0 - a.0, origin.0 + size.0 - a.0),
-        (a.1 - b.1, a.1 - origin.1),
-        (b.1 - a.1, origin.1 + size.1 - a.1),
-    ];
-    for (rate, room) in sides {
-        if rate == 0.0 {
-            if room < 0.0 {
-                return None;
-            }
-        } else if rate < 0.0 {
-            from = from.max(room / rate);
-        } else {
-            to = to.min(room / rate);
-        }
-    }
-    (from <= to).then_some((from, to))
-}
-
-/// The pieces of a line inside a rectangle from the origin to `size`.
-fn clip(line: &[Point], size: Point) -> Vec<Vec<Point>> {
-    let mut out: Vec<Vec<Point>> = Vec::new();
-    let mut open = false;
-    for pair in line.windows(2) {
-        let (a, b) = (pair[0], pair[1]);
-        let Some((from, to)) = inside(a, b, (0.0, 0.0), size) else {
-            open = false;
-            continue;
-        };
-        let at = |s: f64| (a.0 + s * (b.0 - a.0), a.1 + s * (b.1 - a.1));
-        match out.last_mut() {
-            Some(piece) if open && from == 0.0 => piece.push(at(to)),
-            _ => out.push(vec![at(from), at(to)]),
-        }
-        open = to == 1.0;
-    }
-    out
+    let corners = points.windows(2).flat_map(|pair| [pair[0], (pair[1].0, pair[0].1)]);
+    corners.chain(points.last().copied()).collect()
 }

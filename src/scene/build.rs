@@ -6,7 +6,7 @@ use super::format::InterfaceSpec;
 use super::names::{Directory, Groups};
 use super::{LoadSpec, PlannedRun, PreloadSpec, Scene, SceneError};
 use crate::adaptive::Adaptive;
-use crate::laws::{Approach, ContactLaw};
+use crate::laws::{Approach, ContactLaw, Rows};
 use crate::registry::Registry;
 use crate::scalar::{Scalar, epsilon, lit};
 use crate::scheme::{Activation, Settings, ThetaScheme, equilibrium};
@@ -64,7 +64,7 @@ pub fn contact_dimension(
     for interface in &scene.interfaces {
         for run in runs {
             let law: AnyLaw<f64, 2> = interface.law(run, registry)?;
-            frictionless &= !law.rubs();
+            frictionless &= law.rows() == Rows::Normal;
         }
         let names = runs.iter().map(|run| interface.law.as_deref().unwrap_or(&run.law));
         let known: Vec<&str> = names
@@ -125,7 +125,7 @@ pub(super) fn parts<T: Scalar, const D: usize>(
                     None => {
                         let at_rest = Approach::impact(SVector::zeros(), lit(scene.time.theta));
                         let friction: Vec<T> =
-                            laws.iter().map(|law| law.respond(&at_rest).friction).collect();
+                            laws.iter().map(|law| law.respond(&at_rest).cone.friction()).collect();
                         // Where the run starts from, once: what is left there moves in every step.
                         let given = stopping(scene);
                         let precise =

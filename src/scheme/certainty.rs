@@ -18,7 +18,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
     /// λ_max(W_αα): works that are wrong by d ‖p‖ + (d/λ)(‖u‖ + d), u the faster of u_k and u_{k+1}, and by rounding.
     pub(super) fn set_work_bounds(&mut self, solution: Option<&Solution<T>>) {
         let Some(solution) = solution else { return };
-        let Self { next, problem, solver, .. } = self;
+        let Self { next, problem, solver, arms, .. } = self;
         let zero = T::zero();
         let mut left = None;
         for (i, contact) in next.contacts.iter_mut().enumerate() {
@@ -34,8 +34,9 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
                 let tolerance = nalgebra::RealField::max(solver.stopping().tolerance, floor);
                 lit::<T>(MARGIN) * tolerance * problem.b_norm()
             });
-            let speed = nalgebra::RealField::max(contact.before.norm(), contact.after.norm());
-            let percussion = contact.percussion.norm();
+            let [before, after] = [contact.before, contact.after].map(|u| arms.enter_velocity(i, &u).norm());
+            let speed = nalgebra::RealField::max(before, after);
+            let percussion = arms.enter(i, &contact.percussion).norm();
             let lambda = largest_eigenvalue(problem.diagonal(i));
             contact.work_bound = left * (percussion + (speed + left) / lambda)
                 + lit::<T>(ROUNDINGS) * epsilon::<T>() * speed * percussion;

@@ -4,7 +4,7 @@ use nalgebra::SVector;
 
 use super::SetupError;
 use super::kept::{ConstantRows, constant_rows};
-use crate::cone::ConeProblem;
+use crate::cone::{Cone, ConeProblem};
 use crate::contact::Candidate;
 use crate::linalg::{Factor, FactorError, Symmetric, axpy, max_abs};
 use crate::scalar::{Scalar, epsilon, lit, to_f64};
@@ -104,9 +104,11 @@ pub fn equilibrium<T: Scalar, const D: usize>(
     let (mass, stiffness) = (system.mass(), system.stiffness().expect("an elastic body"));
     let jacobian = rows.rows().clone();
     let mut problem = ConeProblem::<T, D>::default();
-    let (_, _, mu) = problem.parts_mut();
-    mu.extend(
-        candidates.iter().map(|candidate| friction.get(candidate.interface).copied().unwrap_or(T::zero())),
+    let (_, _, cones) = problem.parts_mut();
+    cones.extend(
+        candidates
+            .iter()
+            .map(|candidate| Cone::from(friction.get(candidate.interface).copied().unwrap_or(T::zero()))),
     );
     let mut sigma = proximal_weight(mass, stiffness);
     let mut factor = regularised((mass, stiffness), sigma, &rows, free, &mut problem)?;

@@ -111,49 +111,37 @@ impl<T: Scalar, const D: usize> Islands<T, D> {
         ends.len()
     }
 
-    /// Solves the islands found by [`split`](Self::split) one by one, from the percussions of the last step or the one
+    /// Solves the islands found by [`split`](Self::split) of `delassus`, the W of `whole`, one by one, from the percussions of the last step or the one
     /// before. Of their floors the largest is told.
     ///
     /// # Errors
     /// The number of contacts of the island that was not solved, and why.
     pub(super) fn solve(
         &mut self,
-        whole: &mut ConeProblem<T, D>,
+        (whole, delassus): (&ConeProblem<T, D>, &BlockMatrix<T, D>),
         starts: (&[SVector<T, D>], &[SVector<T, D>]),
         r: &mut [SVector<T, D>],
         solver: &mut dyn ConeSolver<T, D>,
     ) -> Result<Solution<T>, (usize, SolveError)> {
-        self.problem.exchange_masses(whole);
-        let solved = self.solve_each(whole, starts, r, solver);
-        self.problem.exchange_masses(whole);
-        solved
-    }
-
-    fn solve_each(
-        &mut self,
-        whole: &ConeProblem<T, D>,
-        starts: (&[SVector<T, D>], &[SVector<T, D>]),
-        r: &mut [SVector<T, D>],
-        solver: &mut dyn ConeSolver<T, D>,
-    ) -> Result<Solution<T>, (usize, SolveError)> {
+        self.problem.copy_masses_of(whole);
         let (mut iterations, mut first, mut worst, mut rescued_by) = (0, 0, None, None);
         for &end in &self.ends {
             let island = &self.order[first..end];
-            let (w, b, friction) = self.problem.parts_mut();
+            let (w, b, cones) = self.problem.parts_mut();
             w.clear();
             b.clear();
-            friction.clear();
+            cones.clear();
             self.start.clear();
             self.older.clear();
             for &contact in island {
                 w.start_row();
-                whole.delassus().row(contact).for_each(|(j, block)| w.push(self.place[j], *block));
+                delassus.row(contact).for_each(|(j, block)| w.push(self.place[j], *block));
                 b.push(whole.b()[contact]);
-                friction.push(whole.friction()[contact]);
+                cones.push(whole.cones()[contact]);
                 self.start.push(starts.0[contact]);
                 self.older.extend(starts.1.get(contact));
             }
-            self.problem.take_rows(whole, island);
+            self.problem.copy_rows(whole, island);
             let tolerance = solver.stopping().tolerance;
             let kept = choose_start(&self.problem, &mut self.start, &self.older, tolerance);
             self.percussions.clear();

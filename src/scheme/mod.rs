@@ -46,6 +46,7 @@
 //! derivation stands at the head of `nonlinear.rs`.
 
 mod activation;
+mod arms;
 mod certainty;
 mod clock;
 mod crossed;
@@ -56,6 +57,7 @@ mod islands;
 mod joints;
 mod kept;
 mod lasting;
+mod memory;
 mod nonlinear;
 mod passes;
 mod positions;

@@ -109,15 +109,16 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         };
         lasting.target.clear();
         lasting.target.extend(next.contacts.iter().zip(&lasting.entries).map(target));
-        lasting.open(self.problem.delassus(), tolerance);
+        let Some(w) = self.problem.delassus().formed() else { return T::zero() };
+        lasting.open(w, tolerance);
         self.displace()
     }
 
     /// Moves the bodies by the openings found, as far as their islands can pay for.
     fn displace(&mut self) -> T {
         let Self { system, settings: Settings { step: h, .. }, next, lasting, jacobian, .. } = self;
-        let (w, factor, joints) = (self.problem.delassus(), &mut self.factor, &mut self.joints);
-        let Some(lasting) = lasting else { return T::zero() };
+        let (factor, joints) = (&mut self.factor, &mut self.joints);
+        let (Some(lasting), Some(w)) = (lasting, self.problem.delassus().formed()) else { return T::zero() };
         let Next { q, place, v_free, force, scratch, impulse, contacts, .. } = next;
         // H_N M̂⁻¹F, the acceleration that pulls a contact open.
         let pull = |row: usize, contact: &ContactStep<T, D>| {

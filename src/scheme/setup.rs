@@ -88,13 +88,17 @@ pub(super) fn check_laws<T: Scalar, const D: usize>(
                 return Err(SetupError::UnprovedTheta { law: name(), interface, theta, min, max });
             }
         }
-        let Response { gamma, friction, .. } = law.respond(&Approach::impact(SVector::zeros(), theta));
+        let memory = vec![T::zero(); law.memory()];
+        let at_rest = Approach::impact(SVector::zeros(), theta).with_memory(&memory);
+        let Response { gamma, cone, .. } = law.respond(&at_rest);
         let error = |what, value| SetupError::Law { law: name(), what, value, theta: to_f64(theta) };
         if !(gamma > T::zero() && all_finite([&gamma])) {
             return Err(error("γ", to_f64(gamma)));
         }
-        if !(friction >= T::zero() && all_finite([&friction])) {
-            return Err(error("μ", to_f64(friction)));
+        for (what, c) in ["μ", "μ_R", "μ_S"].into_iter().zip(cone.coefficients()) {
+            if !(c >= T::zero() && all_finite([&c])) {
+                return Err(error(what, to_f64(c)));
+            }
         }
     }
     Ok(())

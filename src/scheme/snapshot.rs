@@ -4,6 +4,7 @@ use nalgebra::SVector;
 
 use super::clock::Clock;
 use super::lasting::{Lasting, LastingMark};
+use super::memory::MemoryMark;
 use super::nonlinear::Nonlinear;
 use super::rest::{Rest, RestMark};
 use super::{ContactStep, ThetaScheme};
@@ -28,6 +29,8 @@ pub struct Snapshot {
     older: Vec<(ContactId, Vec<f64>)>,
     rest: Option<RestMark>,
     lasting: Option<LastingMark>,
+    #[cfg_attr(feature = "outputs", serde(default))]
+    memories: MemoryMark,
 }
 
 /// A snapshot that is not one of this scheme.
@@ -62,6 +65,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             older: self.older.iter().map(percussion).collect(),
             rest: self.rest.as_ref().map(Rest::mark),
             lasting: self.lasting.as_ref().map(Lasting::mark),
+            memories: self.memories.mark(),
         }
     }
 
@@ -97,6 +101,9 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             && lasting.restore(mark).is_none()
         {
             return refuse("its lasting contacts are others");
+        }
+        if self.memories.restore(&snapshot.memories).is_none() {
+            return refuse("its laws remember something else");
         }
         self.state.index = snapshot.index();
         self.last_length = self.settings.step;

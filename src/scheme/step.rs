@@ -9,10 +9,9 @@ use super::lasting::{Lasting, Pace};
 use super::nonlinear::Start;
 use super::record::Next;
 use super::{ActivationRule, ContactStep, Part, Settings, Step, StepError, ThetaScheme};
-use crate::cone::ConeProblem;
 use crate::contact::{Candidate, ContactId, pose};
 use crate::energy::{Balance, Energies};
-use crate::laws::Approach;
+use crate::laws::{Approach, Rows};
 use crate::linalg::{Factor, dot, sums};
 use crate::scalar::{Scalar, all_finite, lit, to_f64};
 use crate::solver::{Solution, solve_or_rescue};
@@ -166,10 +165,13 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
     }
 
     fn set_cone_problem(&mut self) -> Result<(), StepError> {
-        let (w, b, friction) = self.problem.parts_mut();
+        let (w, b, cones) = self.problem.parts_mut();
         let Self { jacobian, factor, joints, .. } = self;
         match &mut self.kept {
             Some(kept) => {
+                if self.arms.rolls() {
+                    kept.forget_selection();
+                }
                 if let Err(contact) = kept.select(&self.next.contacts, w) {
                     return Err(self.contact_error(contact, "place among the constant candidates"));
                 }
@@ -180,8 +182,11 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
                 self.assembler.assemble_with(jacobian, |x: &mut [T]| joints.respond(factor, x), w);
             }
         }
+        if self.arms.rolls() {
+            self.arms.measure(&self.jacobian, w);
+        }
         b.clear();
-        friction.clear();
+        cones.clear();
         self.warm_start.clear();
         self.older_start.clear();
         // Percussions of a lasting contact grow with the step; those of an impact, made in a step of its own, do not.
@@ -191,12 +196,14 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         for (i, contact) in self.next.contacts.iter().enumerate() {
             let gap = self.lasting.as_ref().map_or_else(T::zero, |lasting| lasting.entries[i].gap);
             let approach = Approach::impact(contact.before, contact.theta);
-            let approach = approach.with_gap(gap, self.settings.step, contact.lasting);
+            let memory = self.memories.of(contact.id, contact.interface);
+            let approach = approach.with_gap(gap, self.settings.step, contact.lasting).with_memory(memory);
+            let approach = if self.arms.rolls() { approach.with_rows(Rows::Rolling) } else { approach };
             let free = self.jacobian.velocity(i, &self.next.v_free);
             match pose(&*self.laws[contact.interface], &approach, &free) {
-                Ok((shifted, mu)) => {
-                    b.push(shifted);
-                    friction.push(mu);
+                Ok((shifted, cone)) => {
+                    b.push(self.arms.enter_velocity(i, &shifted));
+                    cones.push(cone.at_arm(self.arms.length(i)));
                 }
                 Err(source) => {
                     let (step, time) = self.place();
@@ -205,11 +212,11 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
                 }
             }
             if self.passes > 0 {
-                self.warm_start.push(self.percussions[i]);
+                self.warm_start.push(self.arms.enter(i, &self.percussions[i]));
                 continue;
             }
-            self.warm_start.push(percussion_of(contact.id, &mut known) * growth);
-            self.older_start.push(percussion_of(contact.id, &mut older) * growth);
+            self.warm_start.push(self.arms.enter(i, &(percussion_of(contact.id, &mut known) * growth)));
+            self.older_start.push(self.arms.enter(i, &(percussion_of(contact.id, &mut older) * growth)));
         }
         Ok(())
     }
@@ -224,18 +231,12 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         let Self { problem, islands, percussions, solver, jacobian, factor, joints, .. } = self;
         let (warm_start, older) = (&mut self.warm_start, &self.older_start);
         // Of bodies that nothing but contacts couples the solver may see H and M̂.
-        let mut bodies = match factor {
-            Factor::Diagonal(inverse) if joints.is_empty() => Some((jacobian, inverse)),
-            _ => None,
-        };
-        let mut exchange = |problem: &mut ConeProblem<T, D>| {
-            if let Some((jacobian, inverse)) = &mut bodies {
-                problem.exchange_bodies(jacobian, inverse);
-            }
-        };
-        exchange(problem);
-        let solved = if contacts > WORTH_SPLITTING && islands.split(problem.delassus()) > 1 {
-            islands.solve(problem, (warm_start, older), percussions, &mut **solver)
+        if let (Factor::Diagonal(inverse), true) = (&*factor, joints.is_empty() && !self.arms.rolls()) {
+            problem.copy_bodies(jacobian, inverse);
+        }
+        let worth = problem.delassus().formed().filter(|_| contacts > WORTH_SPLITTING);
+        let solved = if let Some(w) = worth.filter(|w| islands.split(w) > 1) {
+            islands.solve((problem, w), (warm_start, older), percussions, &mut **solver)
         } else {
             // A single contact is solved exactly from anywhere.
             if contacts > 1 {
@@ -244,7 +245,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             solve_or_rescue(&mut **solver, problem, (warm_start, older), percussions)
                 .map_err(|source| (contacts, source))
         };
-        exchange(problem);
+        self.arms.leave(percussions);
         if let Some(lasting) = &mut self.lasting {
             lasting.note(problem, solver.stopping().tolerance);
         }
@@ -353,6 +354,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         if let Some(lasting) = &mut self.lasting {
             lasting.accept(&next.contacts, self.settings.step);
         }
+        self.memories.accept(&self.laws, &next.contacts, self.settings.step);
         self.last_length = self.settings.step;
         state.index += 1;
         state.time = self.clock.at(state.index, self.settings.step);

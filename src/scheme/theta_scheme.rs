@@ -2,6 +2,7 @@
 
 use nalgebra::SVector;
 
+use super::arms::Arms;
 use super::clock::Clock;
 use super::crossed::Crossed;
 use super::delassus::Assembler;
@@ -9,6 +10,7 @@ use super::islands::Islands;
 use super::joints::Bilateral;
 use super::kept::{Kept, constant_rows};
 use super::lasting::Lasting;
+use super::memory::Memories;
 use super::nonlinear::Nonlinear;
 use super::record::Next;
 use super::rest::Rest;
@@ -19,15 +21,18 @@ use super::variable::Lengths;
 use super::velocity::Form;
 use super::{ContactStep, Settings, SetupError, State, Step};
 use crate::cone::ConeProblem;
-use crate::contact::Candidate;
+use crate::contact::{Candidate, ContactId};
 use crate::energy::{Balance, Energies};
-use crate::laws::ContactLaw;
+use crate::laws::{ContactLaw, Rows};
 use crate::linalg::{BlockRows, Factor, dot};
 use crate::scalar::{Scalar, all_finite, lit, to_f64};
 use crate::solver::ConeSolver;
 use crate::system::{Scales, System};
 
 /// The Moreau–Jean θ-scheme over a system, one law per interface, and a cone solver.
+///
+/// D = 1 without friction, 2 in the plane, 3 in space, and with rolling resistance 3 in the plane and 6 in space: where D = 3
+/// and a law [rolls](ContactLaw::rows), the third row of every contact is a rotation, and its percussion a moment.
 ///
 /// A warm step allocates nothing. A step that fails leaves the state as it was.
 #[derive(Debug)]
@@ -51,6 +56,8 @@ pub struct ThetaScheme<T: Scalar, const D: usize> {
     pub(super) joints: Bilateral<T>,
     pub(super) crossed: Crossed<T, D>,
     pub(super) lasting: Option<Lasting<T>>,
+    pub(super) memories: Memories<T>,
+    pub(super) arms: Arms<T>,
     /// Length (m) that scales the tolerance of the joints, and speed (m/s) of the differences of a nonlinear system.
     pub(super) scales: Scales<T>,
     pub(super) nonlinear: Option<Box<Nonlinear<T>>>,
@@ -137,6 +144,9 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         let rest = settings.sleep.then(|| Rest::new(&*system, settings.step, solver.stopping().tolerance));
         let rest = rest.flatten();
         let lasting = Lasting::new(&*system, &laws, &settings, &q);
+        let memories = Memories::new(&laws);
+        let rolls = D > 2 && laws.iter().any(|law| law.rows() == Rows::Rolling);
+        let arms = Arms::new(rolls || D == 6, system.mass());
         let joints = Bilateral::new(&*system, &q, settings.joint_tolerance);
         Ok(Self {
             system,
@@ -155,6 +165,8 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             joints,
             crossed: Crossed::new(q.len(), n),
             lasting,
+            memories,
+            arms,
             scales,
             nonlinear,
             passes: 0,
@@ -216,6 +228,14 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
     /// nonlinear terms.
     pub fn passes(&self) -> usize {
         self.passes + 1
+    }
+
+    /// What the law of interface `interface` remembers of a contact.
+    ///
+    /// # Panics
+    /// If there is no such interface.
+    pub fn memory(&self, contact: ContactId, interface: usize) -> &[T] {
+        self.memories.of(contact, interface)
     }
 
     /// The cone problem of the last step tried.

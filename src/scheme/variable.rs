@@ -7,6 +7,7 @@ use std::mem::swap;
 
 use super::clock::Clock;
 use super::kept::{Kept, constant_rows};
+use super::memory::Memories;
 use super::setup::{check_settings, coupling, iteration_matrix};
 use super::{ContactStep, SetupError, ThetaScheme};
 use crate::contact::Candidate;
@@ -72,6 +73,7 @@ pub(crate) struct Saved<T: Scalar, const D: usize> {
     energies: Energies<T>,
     balance: Balance<T>,
     solution: Option<Solution<T>>,
+    memories: Memories<T>,
     length: T,
     clock: Clock<T>,
 }
@@ -215,6 +217,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             energies: self.last.energies,
             balance: self.last.balance,
             solution: self.last.solution,
+            memories: self.memories.clone(),
             length: self.last_length,
             clock: self.clock.moved(self.state.index, self.settings.step),
         }
@@ -231,6 +234,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         saved.older.clone_from(&self.older);
         (saved.energies, saved.balance, saved.solution) =
             (self.last.energies, self.last.balance, self.last.solution);
+        saved.memories.copy_from(&self.memories);
         saved.length = self.last_length;
         saved.clock = self.clock.moved(self.state.index, self.settings.step);
     }
@@ -250,6 +254,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         self.older.clone_from(&saved.older);
         (self.last.energies, self.last.balance, self.last.solution) =
             (saved.energies, saved.balance, saved.solution);
+        self.memories.copy_from(&saved.memories);
         self.last_length = saved.length;
         self.clock = saved.clock;
         (self.state.index, self.state.time) = (saved.clock.index, saved.clock.origin);

@@ -10,7 +10,7 @@ use super::control::Control;
 use super::error::{Breakdown, BreakdownCause};
 use super::newton::ScaledProblem;
 use super::settings::{Interval, SettingsError, check_depth, setters};
-use crate::cone::{ConeProblem, de_saxce, project, tangential_norm};
+use crate::cone::{ConeProblem, de_saxce, dual_gauge, project};
 use crate::scalar::{Scalar, all_finite, lit};
 
 /// Settings of [`Admm`].
@@ -85,13 +85,13 @@ const STAGNATION: usize = 500;
 impl<T: Scalar, const D: usize> Admm<T, D> {
     /// One iteration from the state to its image; the primal and dual residuals ‖r − z‖ and ρ‖z − z_old‖.
     fn step(&mut self, penalty: T) -> Result<(T, T), BreakdownCause> {
-        let (friction, kappa) = (self.scaled.friction(), self.settings.relaxation);
+        let (cones, kappa) = (self.scaled.cones(), self.settings.relaxation);
         std::mem::swap(&mut self.z, &mut self.z_old);
         self.z.clear();
         self.r.clear();
         for (i, state) in self.state.chunks_exact(D + 1).enumerate() {
             let v = SVector::<T, D>::from_column_slice(&state[..D]);
-            let z = project(&v, friction[i]);
+            let z = project(&v, cones[i]);
             // z − y = 2 z − v.
             let mut rhs = (z * lit::<T>(2.0) - v) * penalty - self.scaled.b()[i];
             rhs[0] -= state[D];
@@ -102,7 +102,7 @@ impl<T: Scalar, const D: usize> Admm<T, D> {
         if !self.r.iter().all(|r| all_finite(r.iter())) {
             return Err(BreakdownCause::NotFinite);
         }
-        let friction = self.scaled.friction();
+        let cones = self.scaled.cones();
         self.image.clear();
         let (mut primal, mut dual) = (T::zero(), T::zero());
         for (i, state) in self.state.chunks_exact(D + 1).enumerate() {
@@ -111,8 +111,7 @@ impl<T: Scalar, const D: usize> Admm<T, D> {
             let y = v - z;
             self.image.extend((r * kappa + z * (T::one() - kappa) + y).iter().copied());
             // W r + b + s e_N = ρ (z − y − r): its tangential part is w_T.
-            let slip = tangential_norm(&((z - y - r) * penalty));
-            self.image.push(if friction[i] > T::zero() { friction[i] * slip } else { T::zero() });
+            self.image.push(dual_gauge(&((z - y - r) * penalty), cones[i]));
             primal += (r - z).norm_squared();
             dual += (z - self.z_old.get(i).unwrap_or(z)).norm_squared();
         }
@@ -120,7 +119,7 @@ impl<T: Scalar, const D: usize> Admm<T, D> {
     }
 
     fn factor(&mut self, penalty: T) -> Result<(), BreakdownCause> {
-        self.scaled.factor_regularised(penalty).map_err(|node| BreakdownCause::Singular { node })
+        self.scaled.factor_regularised(penalty).map_err(BreakdownCause::Singular)
     }
 
     /// Residual of z on the problem as given; its velocity is left in `self.w`.
@@ -132,9 +131,9 @@ impl<T: Scalar, const D: usize> Admm<T, D> {
 
     /// The state of a new penalty: ρ y stays.
     fn rescale(&mut self, ratio: T) {
-        for (state, &mu) in self.state.chunks_exact_mut(D + 1).zip(self.scaled.friction()) {
+        for (state, &cone) in self.state.chunks_exact_mut(D + 1).zip(self.scaled.cones()) {
             let v = SVector::<T, D>::from_column_slice(&state[..D]);
-            let z = project(&v, mu);
+            let z = project(&v, cone);
             state[..D].copy_from_slice((z + (v - z) * ratio).as_slice());
         }
     }
@@ -176,9 +175,9 @@ impl<T: Scalar, const D: usize> Method<T, D> for Admm<T, D> {
         // z = r, y = −Φ(w)/ρ, s = μ‖w_T‖: the state the method would end in if r were the solution.
         self.state.clear();
         for (i, z) in self.z.iter().enumerate() {
-            let (mu, w) = (self.scaled.friction()[i], &self.w[i]);
-            self.state.extend((z - de_saxce(w, mu) / penalty).iter().copied());
-            self.state.push(mu * tangential_norm(w));
+            let (cone, w) = (self.scaled.cones()[i], &self.w[i]);
+            self.state.extend((z - de_saxce(w, cone) / penalty).iter().copied());
+            self.state.push(dual_gauge(w, cone));
         }
         self.anderson.prepare(self.state.len());
         let budget = control.max_iterations(DEFAULT_ITERATIONS);

@@ -7,7 +7,7 @@ use nalgebra::SVector;
 use super::control::{Control, Progress, Stopping};
 use super::error::{Breakdown, SolveError};
 use super::settings::SettingsError;
-use crate::cone::{ConeProblem, Residual};
+use crate::cone::{ConeProblem, Residual, Workspace};
 use crate::scalar::{Scalar, all_finite, epsilon, to_f64};
 
 /// What a successful solve reports; the residual is measured on the problem, never estimated by the solver.
@@ -59,6 +59,12 @@ pub trait ConeSolver<T: Scalar, const D: usize>: Debug + Send {
         r: &mut [SVector<T, D>],
         control: &mut Control<'_, T>,
     ) -> Result<usize, Breakdown>;
+
+    /// The workspace that the residual of the result is measured in; `None` (default) for a solver that keeps none, and
+    /// then a problem in factored form costs an allocation.
+    fn workspace(&mut self) -> Option<&mut Workspace<T>> {
+        None
+    }
 
     /// Solves `problem` from the percussions `start` (N s, one block (N, T1, T2) per contact; zeros are a cold
     /// start) and writes the solution to `r`.
@@ -138,7 +144,9 @@ pub trait ConeSolver<T: Scalar, const D: usize>: Debug + Send {
                 Err(Breakdown { iterations, cause }) => (iterations, Some(cause)),
             }
         };
-        let residual = problem.residual(r);
+        let mut own = Workspace::default();
+        let workspace = self.workspace().unwrap_or(&mut own);
+        let residual = problem.residual_in(r, workspace);
         // Both tests are written so that a NaN residual fails.
         if residual.scaled <= stopping.tolerance {
             return Ok(Solution { iterations, residual, accuracy: Accuracy::Tolerance, rescued_by: None });
@@ -148,7 +156,7 @@ pub trait ConeSolver<T: Scalar, const D: usize>: Debug + Send {
         let excused = stopping.tolerance >= epsilon::<T>();
         if excused && ConeProblem::<T, D>::is_near_floor(residual.scaled, floor) {
             // Not to be confused with the rounding of its own evaluation.
-            let precise = problem.precise_residual(r);
+            let precise = problem.precise_residual_in(r, workspace);
             if precise.scaled <= stopping.tolerance.max(floor) {
                 let accuracy = Accuracy::Rounding { floor };
                 return Ok(Solution { iterations, residual: precise, accuracy, rescued_by: None });
@@ -272,6 +280,11 @@ pub trait Method<T: Scalar, const D: usize>: Debug + Send + Sized {
         control: &mut Control<'_, T>,
     ) -> Result<usize, Breakdown>;
 
+    /// [`ConeSolver::workspace`].
+    fn workspace(&mut self) -> Option<&mut Workspace<T>> {
+        None
+    }
+
     /// The solver that runs this method under a stopping rule.
     ///
     /// # Errors
@@ -305,5 +318,9 @@ impl<T: Scalar, const D: usize, M: Method<T, D>> ConeSolver<T, D> for Solver<T, 
         control: &mut Control<'_, T>,
     ) -> Result<usize, Breakdown> {
         self.method.iterate(problem, r, control)
+    }
+
+    fn workspace(&mut self) -> Option<&mut Workspace<T>> {
+        self.method.workspace()
     }
 }

@@ -1,10 +1,11 @@
 //! The convex programs of a cone problem in the form clarabel takes: min ½ xᵀPx + qᵀx, Ax + s = b, s ∈ cones.
 
 use clarabel::algebra::CscMatrix;
-use clarabel::solver::SupportedConeT::{self, NonnegativeConeT, SecondOrderConeT};
+use clarabel::solver::SupportedConeT::{self, NonnegativeConeT, SecondOrderConeT, ZeroConeT};
 use clarabel::solver::{DefaultSettings, SolverStatus};
 
-use crate::cone::{BlockMatrix, ConeProblem};
+use crate::cone::cones::{Shape, blocks};
+use crate::cone::{BlockMatrix, Cone, ConeProblem};
 use crate::scalar::{Scalar, to_f64};
 
 /// Where each contact's unknowns start: D of them, or r_N alone without friction.
@@ -17,8 +18,8 @@ impl Unknowns {
     /// The unknowns r ∈ K of a problem: those fixed to 0 (r_T where μ = 0) are left out.
     pub(super) fn of<T: Scalar, const D: usize>(problem: &ConeProblem<T, D>) -> Self {
         let mut starts = vec![0];
-        for &friction in problem.friction() {
-            starts.push(starts[starts.len() - 1] + if friction > T::zero() { D } else { 1 });
+        for &cone in problem.cones() {
+            starts.push(starts[starts.len() - 1] + if rubs::<T, D>(cone) { D } else { 1 });
         }
         Self { starts }
     }
@@ -71,16 +72,42 @@ pub(super) fn symmetric_part<T: Scalar, const D: usize>(
     sparse(unknowns.len(), unknowns.len(), &entries)
 }
 
+/// Whether anything but r_N can differ from 0.
+fn rubs<T: Scalar, const D: usize>(cone: Cone<T>) -> bool {
+    match Shape::of::<D>(cone) {
+        Shape::Disc(friction) => friction > T::zero(),
+        Shape::Blocks(coefficients) => coefficients.iter().any(|&c| c > T::zero()),
+    }
+}
+
 /// The rows that say r_α ∈ K, s = −A r ∈ cones: r_N ≥ 0 without friction, μ r_N ± r_T ≥ 0 in the plane,
-/// (μ r_N, r_T) in the second-order cone in space.
+/// (μ r_N, r_T) in the second-order cone in space, and with rolling resistance (c_B r_N, r_B) for every block, r_B = 0 where
+/// c_B = 0.
 pub(super) fn coulomb_cones<T: Scalar, const D: usize>(
     problem: &ConeProblem<T, D>,
     unknowns: &Unknowns,
 ) -> (CscMatrix<f64>, Vec<SupportedConeT<f64>>) {
     let (mut entries, mut cones, mut row) = (Vec::new(), Vec::new(), 0);
-    for (contact, &friction) in problem.friction().iter().enumerate() {
-        let (first, mu) = (unknowns.range(contact).start, to_f64(friction));
-        match unknowns.range(contact).len() {
+    for (contact, &cone) in problem.cones().iter().enumerate() {
+        let (first, mu) = (unknowns.range(contact).start, to_f64(cone.friction()));
+        let size = unknowns.range(contact).len();
+        if let (Shape::Blocks(coefficients), true) = (Shape::of::<D>(cone), size > 1) {
+            for block in blocks::of::<T, D>(coefficients) {
+                let (c, size) = (to_f64(block.coefficient), block.components().len());
+                let radius = usize::from(c > 0.0);
+                if c > 0.0 {
+                    entries.push((row, first, -c));
+                    cones.push(SecondOrderConeT(size + 1));
+                } else {
+                    cones.push(ZeroConeT(size));
+                }
+                entries
+                    .extend(block.components().enumerate().map(|(k, d)| (row + radius + k, first + d, -1.0)));
+                row += size + radius;
+            }
+            continue;
+        }
+        match size {
             1 => {
                 entries.push((row, first, -1.0));
                 cones.push(NonnegativeConeT(1));
@@ -96,7 +123,7 @@ pub(super) fn coulomb_cones<T: Scalar, const D: usize>(
                 cones.push(SecondOrderConeT(D));
             }
         }
-        row += unknowns.range(contact).len();
+        row += size;
     }
     (sparse(row, unknowns.len(), &entries), cones)
 }

@@ -11,7 +11,7 @@ use super::error::{Breakdown, BreakdownCause, ProgramError};
 use super::feasibility::{Feasibility, feasibility};
 use super::newton::{Plan, ProximalPoint, Scaling};
 use super::settings::{Interval, SettingsError, check_depth, setters};
-use crate::cone::{ConeProblem, tangential_norm};
+use crate::cone::{BlockMatrix, ConeProblem, Workspace, dual_gauge};
 use crate::scalar::{Scalar, lit, to_f64};
 
 /// What takes the interior-point solution to the tolerance, in the arithmetic of the problem.
@@ -111,13 +111,8 @@ impl<T: Scalar, const D: usize> ConvexFixedPoint<T, D> {
     fn fill_image(&mut self) {
         let problem = &self.scaled;
         self.image.clear();
-        self.image.extend(problem.friction().iter().enumerate().map(|(i, &mu)| {
-            if mu > T::zero() {
-                mu * tangential_norm(&problem.shifted_velocity(i, &self.x))
-            } else {
-                T::zero()
-            }
-        }));
+        let shift = |(i, &cone)| dual_gauge(&problem.shifted_velocity(i, &self.x), cone);
+        self.image.extend(problem.cones().iter().enumerate().map(shift));
     }
 
     /// Another place to continue a cycle from: s between 0 and twice the images, spread over the contacts by the
@@ -132,7 +127,7 @@ impl<T: Scalar, const D: usize> ConvexFixedPoint<T, D> {
 
     /// ½ (W − Wᵀ) x.
     fn asymmetry(&self, into: &mut [SVector<T, D>]) {
-        let w = self.scaled.delassus();
+        let Some(w) = self.scaled.delassus().formed() else { return };
         into.fill(SVector::zeros());
         let half = lit::<T>(0.5);
         for i in 0..w.rows() {
@@ -205,7 +200,8 @@ impl<T: Scalar, const D: usize> Method<T, D> for ConvexFixedPoint<T, D> {
         let refused = BreakdownCause::Refused;
         self.best.clear();
         self.best.extend_from_slice(r);
-        let mut best = problem.residual(r).scaled;
+        let mut workspace = Workspace::default();
+        let mut best = problem.residual_in(r, &mut workspace).scaled;
         self.scaling = Scaling::of(problem);
         self.scaled = self.scaling.scaled(problem);
         self.scaling.enter(r, &mut self.x);
@@ -217,7 +213,7 @@ impl<T: Scalar, const D: usize> Method<T, D> for ConvexFixedPoint<T, D> {
         self.asymmetry(&mut remainder);
 
         let unknowns = Unknowns::of(&self.scaled);
-        let quadratic = symmetric_part(self.scaled.delassus(), &unknowns);
+        let quadratic = symmetric_part(self.scaled.delassus().form_in(&mut BlockMatrix::new()), &unknowns);
         let (rows, cones) = coulomb_cones(&self.scaled, &unknowns);
         self.fill_linear(&unknowns, &remainder);
         if !crate::scalar::all_finite(&self.linear) || !crate::scalar::all_finite(&quadratic.nzval) {
@@ -243,7 +239,9 @@ impl<T: Scalar, const D: usize> Method<T, D> for ConvexFixedPoint<T, D> {
                     return Err(Breakdown::new(step, explain(problem, status)));
                 }
                 let two = lit::<T>(2.0);
-                self.shift.iter_mut().zip(problem.friction()).for_each(|(s, &mu)| *s = *s * two + mu);
+                for (s, cone) in self.shift.iter_mut().zip(problem.cones()) {
+                    *s = cone.coefficients().iter().fold(*s * two, |s, &c| s + c);
+                }
                 self.anderson.forget();
             } else {
                 for (i, x_i) in self.x.iter_mut().enumerate() {
@@ -253,12 +251,12 @@ impl<T: Scalar, const D: usize> Method<T, D> for ConvexFixedPoint<T, D> {
                 self.trial.clear();
                 self.trial.extend_from_slice(r);
                 self.scaling.leave(&self.x, &mut self.trial);
-                let mut residual = problem.residual(&self.trial).scaled;
+                let mut residual = problem.residual_in(&self.trial, &mut workspace).scaled;
                 let due = residual <= polished_at * lit::<T>(0.1) || step % 10 == 0 || step == budget;
                 if residual > control.tolerance() && due {
                     polished_at = residual;
                     self.polish(problem, control);
-                    residual = problem.residual(&self.trial).scaled;
+                    residual = problem.residual_in(&self.trial, &mut workspace).scaled;
                 }
                 since_best += 1;
                 if residual < best {
@@ -273,7 +271,7 @@ impl<T: Scalar, const D: usize> Method<T, D> for ConvexFixedPoint<T, D> {
                 self.anderson.accelerate(&self.shift, &mut next, std::iter::repeat(T::one()));
                 next.iter_mut().for_each(|s| *s = s.max(T::zero()));
                 self.shift = next;
-                if since_best >= STAGNATION && problem.solved_to_rounding(&self.best, best) {
+                if since_best >= STAGNATION && problem.solved_to_rounding(&self.best, best, &mut workspace) {
                     r.copy_from_slice(&self.best);
                     return Ok(step);
                 }

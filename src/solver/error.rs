@@ -4,6 +4,7 @@ use std::fmt;
 
 use super::newton::Formulation;
 use crate::cone::ProblemError;
+use crate::linalg::NoPivot;
 
 /// Why a cone problem was not solved.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -68,12 +69,9 @@ pub enum BreakdownCause {
     /// Entries of W or b are so large or so small that the scaled problem is not finite.
     #[error("the scaled problem is not finite")]
     NotFinite,
-    /// A linear system has no solution.
-    #[error("the matrix is singular at node {node}")]
-    Singular {
-        /// The contact, or the block of velocities, at which no pivot was found.
-        node: usize,
-    },
+    /// A linear system has no solution; the node is a contact, or a block of velocities.
+    #[error("the matrix is singular")]
+    Singular(#[source] NoPivot),
     /// Newton's method made no progress, and no fallback was allowed.
     #[error("stagnation of the {formulation:?} equation")]
     Stagnation {

@@ -7,7 +7,8 @@ use nalgebra::SVector;
 use super::conic_program::{Unknowns, settings, sparse, usable};
 use super::error::ProgramError;
 use super::newton::Scaling;
-use crate::cone::{ConeProblem, ProblemError, tangential_norm};
+use crate::cone::cones::Shape;
+use crate::cone::{BlockMatrix, Cone, ConeProblem, ProblemError, contains, dual_gauge};
 use crate::scalar::{Scalar, epsilon, lit, to_f64};
 
 /// Why [`feasibility`] decided nothing.
@@ -17,6 +18,12 @@ pub enum Undecided {
     /// b = 0: r = 0 is a solution, and W r ∈ int K* may or may not be.
     #[error("b = 0")]
     Trivial,
+    /// A contact has rolling resistance: K* is then no second-order cone.
+    #[error("contact {contact} has rolling resistance, which the convex program does not know")]
+    Rolling {
+        /// Index of the contact.
+        contact: usize,
+    },
     /// Entries of W or b are so large or so small that the scaled problem is not finite.
     #[error("the scaled problem is not finite")]
     NotFinite,
@@ -79,15 +86,20 @@ pub fn feasibility<T: Scalar, const D: usize>(
     if problem.b_norm() == T::zero() {
         return Ok(Feasibility::Undecided { margin: T::zero(), reason: Undecided::Trivial });
     }
+    let rolls = |&cone: &_| matches!(Shape::of::<D>(cone), Shape::Blocks(_));
+    if let Some(contact) = problem.cones().iter().position(rolls) {
+        return Ok(Feasibility::Undecided { margin: T::zero(), reason: Undecided::Rolling { contact } });
+    }
     let scaling = Scaling::of(problem);
     let scaled = scaling.scaled(problem);
     let (unknowns, margin) = (Unknowns::all::<D>(m), m * D);
     let (mut entries, mut rhs, mut cones) = (Vec::new(), Vec::new(), Vec::new());
     // One row of W x + b − t e_N, as s = rhs − A (x, t), combined with weights on N and on one tangent.
-    let p = &scaled;
+    let (p, mut own) = (&scaled, BlockMatrix::new());
+    let w = p.delassus().form_in(&mut own);
     let mut push = |contact: usize, weights: &[(usize, f64)]| {
         let row = rhs.len();
-        for (j, block) in p.delassus().row(contact) {
+        for (j, block) in w.row(contact) {
             for (c, column) in unknowns.range(j).enumerate() {
                 let value = weights.iter().map(|&(d, weight)| weight * to_f64(block[(d, c)])).sum::<f64>();
                 entries.push((row, column, -value));
@@ -96,8 +108,8 @@ pub fn feasibility<T: Scalar, const D: usize>(
         entries.extend(weights.iter().filter(|&&(d, _)| d == 0).map(|&(_, weight)| (row, margin, weight)));
         rhs.push(weights.iter().map(|&(d, weight)| weight * to_f64(p.b()[contact][d])).sum::<f64>());
     };
-    for (i, &friction) in p.friction().iter().enumerate() {
-        let mu = to_f64(friction);
+    for (i, cone) in p.cones().iter().enumerate() {
+        let mu = to_f64(cone.friction());
         match if mu > 0.0 { D } else { 1 } {
             1 => {
                 push(i, &[(0, 1.0)]);
@@ -172,9 +184,9 @@ fn decide<T: Scalar, const D: usize>(
 
 /// min_α (w_N − μ‖w_T‖), where it is positive.
 fn verified_margin<T: Scalar, const D: usize>(problem: &ConeProblem<T, D>, x: &[SVector<T, D>]) -> Option<T> {
-    let margins = problem.friction().iter().enumerate().map(|(i, &mu)| {
+    let margins = problem.cones().iter().enumerate().map(|(i, &cone)| {
         let w = problem.shifted_velocity(i, x);
-        w[0] - mu * tangential_norm(&w)
+        w[0] - dual_gauge(&w, cone)
     });
     let least = margins.fold(T::infinity_impl(), |least, margin| least.min(margin));
     (least > T::zero()).then_some(least)
@@ -183,8 +195,8 @@ fn verified_margin<T: Scalar, const D: usize>(problem: &ConeProblem<T, D>, x: &[
 /// The direction of the dual variables: what the rows of a contact weigh its N and T components with.
 fn direction<T: Scalar, const D: usize>(problem: &ConeProblem<T, D>, dual: &[f64]) -> Vec<SVector<T, D>> {
     let mut row = 0;
-    let contact = |&friction: &T| {
-        let (mu, mut d) = (to_f64(friction), SVector::<T, D>::zeros());
+    let contact = |cone: &Cone<T>| {
+        let (mu, mut d) = (to_f64(cone.friction()), SVector::<T, D>::zeros());
         let rows = if mu > 0.0 { D } else { 1 };
         let y = &dual[row..row + rows];
         row += rows;
@@ -196,7 +208,7 @@ fn direction<T: Scalar, const D: usize>(problem: &ConeProblem<T, D>, dual: &[f64
         }
         d
     };
-    problem.friction().iter().map(contact).collect()
+    problem.cones().iter().map(contact).collect()
 }
 
 /// d ∈ K, ‖Wᵀ d‖ small against |d·b|, d·b < 0: the residue of Wᵀ d = 0 cannot make up for d·b within percussions
@@ -204,12 +216,14 @@ fn direction<T: Scalar, const D: usize>(problem: &ConeProblem<T, D>, dual: &[f64
 fn separates<T: Scalar, const D: usize>(problem: &ConeProblem<T, D>, d: &[SVector<T, D>], t: T) -> bool {
     let along = d.iter().zip(problem.b()).fold(T::zero(), |sum, (d, b)| sum + d.dot(b));
     let mut image = vec![SVector::<T, D>::zeros(); d.len()];
+    let mut own = BlockMatrix::new();
+    let w = problem.delassus().form_in(&mut own);
     for (i, d_i) in d.iter().enumerate() {
-        problem.delassus().row(i).for_each(|(j, block)| image[j] += block.transpose() * d_i);
+        w.row(i).for_each(|(j, block)| image[j] += block.transpose() * d_i);
     }
     let image = nalgebra::ComplexField::sqrt(image.iter().fold(T::zero(), |sum, v| sum + v.norm_squared()));
     let slack = lit::<T>(UNDECIDED).max(epsilon::<T>() * lit::<T>(64.0));
-    let inside = d.iter().zip(problem.friction()).all(|(d, &mu)| tangential_norm(d) <= mu * d[0] + slack);
+    let inside = d.iter().zip(problem.cones()).all(|(d, &cone)| contains(d, cone, slack));
     inside
         && along < t * lit::<T>(0.5)
         && image <= lit::<T>(1e-4).max(slack) * nalgebra::ComplexField::abs(along)

@@ -3,17 +3,19 @@
 use nalgebra::SVector;
 
 use crate::cone::{
-    BlockMatrix, ConeProblem, FactoredDelassus, OneContactSolvers, Product, largest_eigenvalue,
+    BlockMatrix, ConeProblem, FactoredDelassus, OneContactSolvers, Residual, Workspace, largest_eigenvalue,
 };
 use crate::scalar::Scalar;
 
 /// Sweeps over a problem: for every contact r_α ← the exact solution of w_α = W_αα r_α + (b_α + Σ_{β≠α} W_αβ r_β).
 #[derive(Debug, Clone)]
-pub(super) struct GaussSeidel<T> {
+pub(super) struct GaussSeidel<T: Scalar, const D: usize> {
     /// λ_max(W_αα), one per contact.
     sizes: Vec<T>,
-    contacts: OneContactSolvers<T>,
-    product: Product<T>,
+    contacts: OneContactSolvers<T, D>,
+    workspace: Workspace<T>,
+    /// W of a problem in factored form whose M̂ is coupled.
+    formed: BlockMatrix<T, D>,
 }
 
 /// What a sweep carries along contact by contact.
@@ -62,20 +64,42 @@ impl<T: Scalar, const D: usize> Rows<T, D> for Bodies<'_, T, D> {
     }
 }
 
-impl<T: Scalar> GaussSeidel<T> {
+impl<T: Scalar, const D: usize> GaussSeidel<T, D> {
     pub(super) fn new() -> Self {
-        Self { sizes: Vec::new(), contacts: OneContactSolvers::new(), product: Product::default() }
+        Self {
+            sizes: Vec::new(),
+            contacts: OneContactSolvers::new(),
+            workspace: Workspace::default(),
+            formed: BlockMatrix::new(),
+        }
     }
 
     /// Reads the diagonal of W; allocates only where the problem is larger than any before.
-    pub(super) fn prepare<const D: usize>(&mut self, problem: &ConeProblem<T, D>) {
+    pub(super) fn prepare(&mut self, problem: &ConeProblem<T, D>) {
         self.sizes.clear();
         self.contacts.clear();
-        for (i, &mu) in problem.friction().iter().enumerate() {
+        for (i, &cone) in problem.cones().iter().enumerate() {
             let block = problem.diagonal(i);
             self.sizes.push(largest_eigenvalue(block));
-            self.contacts.push(block, mu);
+            self.contacts.push(block, cone);
         }
+        if problem.factors().is_some_and(|factors| factors.weighted().is_none()) {
+            problem.delassus().form_in(&mut self.formed);
+        }
+    }
+
+    /// [`ConeProblem::scaled_residual`] of the problem prepared.
+    pub(super) fn scaled_residual(&mut self, problem: &ConeProblem<T, D>, r: &[SVector<T, D>]) -> T {
+        problem.scaled_residual(r, &self.sizes, &mut self.workspace)
+    }
+
+    /// [`ConeProblem::residual`].
+    pub(super) fn residual(&mut self, problem: &ConeProblem<T, D>, r: &[SVector<T, D>]) -> Residual<T> {
+        problem.residual_in(r, &mut self.workspace)
+    }
+
+    pub(super) fn workspace(&mut self) -> &mut Workspace<T> {
+        &mut self.workspace
     }
 
     pub(super) fn sizes(&self) -> &[T] {
@@ -85,20 +109,18 @@ impl<T: Scalar> GaussSeidel<T> {
     /// One sweep; returns Σ ‖W_αα Δr_α‖², what the sweep changed as a velocity squared.
     ///
     /// A problem in factored form is swept with H and the velocities where M̂ is block-diagonal; a coupled M̂ would
-    /// need a solve per contact, so that W is formed.
-    pub(super) fn sweep<const D: usize>(
-        &mut self,
-        problem: &ConeProblem<T, D>,
-        r: &mut [SVector<T, D>],
-        reverse: bool,
-    ) -> T {
-        let Self { contacts, product, .. } = self;
+    /// need a solve per contact, so that [`prepare`](Self::prepare) forms W.
+    pub(super) fn sweep(&mut self, problem: &ConeProblem<T, D>, r: &mut [SVector<T, D>], reverse: bool) -> T {
+        let Self { contacts, workspace, formed, .. } = self;
         match problem.factors().and_then(|factors| Some((factors, factors.weighted()?))) {
             Some((factors, weighted)) => {
-                let velocities = factors.velocities(r, product);
+                let velocities = factors.velocities(r, workspace);
                 run(Bodies { factors, weighted, velocities }, problem, r, reverse, contacts)
             }
-            None => run(Formed(problem.delassus()), problem, r, reverse, contacts),
+            None => {
+                let w = problem.delassus().formed().unwrap_or(formed);
+                run(Formed(w), problem, r, reverse, contacts)
+            }
         }
     }
 }
@@ -109,7 +131,7 @@ fn run<T: Scalar, const D: usize>(
     problem: &ConeProblem<T, D>,
     r: &mut [SVector<T, D>],
     reverse: bool,
-    contacts: &mut OneContactSolvers<T>,
+    contacts: &mut OneContactSolvers<T, D>,
 ) -> T {
     let (b, m) = (problem.b(), r.len());
     let mut total = T::zero();

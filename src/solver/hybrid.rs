@@ -9,7 +9,7 @@ use super::error::Breakdown;
 use super::newton::{Plan, ProximalPoint};
 use super::settings::{SettingsError, setters};
 use super::sweeps::{Accelerated, Patience, Sweep};
-use crate::cone::ConeProblem;
+use crate::cone::{ConeProblem, Workspace};
 use crate::scalar::{Scalar, lit};
 
 /// Checks without a gain of 0.7 after which the sweeps hand over.
@@ -66,11 +66,11 @@ impl<T: Scalar, const D: usize> Method<T, D> for Hybrid<T, D> {
         r: &mut [SVector<T, D>],
         control: &mut Control<'_, T>,
     ) -> Result<usize, Breakdown> {
-        let (m, blocks) = (problem.contacts(), problem.delassus_blocks());
+        let (m, blocks) = (problem.contacts(), problem.delassus().blocks());
         let sweeps = self.settings.sweeps.unwrap_or_else(|| (16 * blocks / m).clamp(20, 400));
         // A start that is nearly right has its statuses: Newton finishes it in a few steps with little proximal term.
         let cold = r.iter().all(|r| *r == SVector::<T, D>::zeros());
-        let start = if cold || m == 1 { T::infinity_impl() } else { problem.residual(r).scaled };
+        let start = if cold || m == 1 { T::infinity_impl() } else { self.sweeps.residual(problem, r).scaled };
         if start <= lit::<T>(NEAR_RESIDUAL) {
             return self.newton.run(problem, r, &Plan::default(), 0, control);
         }
@@ -84,5 +84,9 @@ impl<T: Scalar, const D: usize> Method<T, D> for Hybrid<T, D> {
         }
         let plan = Plan { proximal, ..Plan::default() };
         self.newton.run(problem, r, &plan, swept.iterations, control)
+    }
+
+    fn workspace(&mut self) -> Option<&mut Workspace<T>> {
+        Some(self.sweeps.workspace())
     }
 }

@@ -8,7 +8,7 @@ use super::control::Control;
 use super::error::Breakdown;
 use super::settings::{SettingsError, check_depth, setters};
 use super::sweeps::{Accelerated, Patience, Sweep};
-use crate::cone::ConeProblem;
+use crate::cone::{ConeProblem, Workspace};
 use crate::scalar::Scalar;
 
 /// Settings of [`Nsgs`].
@@ -64,5 +64,9 @@ impl<T: Scalar, const D: usize> Method<T, D> for Nsgs<T, D> {
     ) -> Result<usize, Breakdown> {
         let sweeps = control.max_iterations(100_000);
         Ok(self.core.run(problem, r, self.settings.sweep, Patience::endless(sweeps), control).iterations)
+    }
+
+    fn workspace(&mut self) -> Option<&mut Workspace<T>> {
+        Some(self.core.workspace())
     }
 }

@@ -5,7 +5,8 @@ use std::time::Instant;
 use nalgebra::{ComplexField, SVector};
 
 use super::newton::Scaling;
-use crate::cone::ConeProblem;
+use crate::cone::cones::Shape;
+use crate::cone::{BlockMatrix, Cone, ConeProblem};
 use crate::scalar::{Scalar, epsilon, lit};
 
 /// Most rows of a tableau: it is dense, and a pivot costs its square.
@@ -27,19 +28,22 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 ///
 /// For D ≤ 2 that is the cone problem, and its matrix is copositive: the path ends in a solution whenever δ·r ≥ 0 for every
 /// r ∈ K with W r = 0, in particular for W > 0. For D = 3 the cone is replaced by the pyramid within it. b is perturbed by
-/// ε^0.6 so that no two ratios tie. `None` where the tableau would be too large, the path ends in a ray, or time is up.
+/// ε^0.6 so that no two ratios tie. `None` with rolling resistance, where the tableau would be too large, the path ends in a ray, or time is up.
 pub(super) fn pivot<T: Scalar, const D: usize>(
     problem: &ConeProblem<T, D>,
     deadline: Option<Instant>,
 ) -> Option<Vec<SVector<T, D>>> {
     let m = problem.contacts();
+    if problem.cones().iter().any(|&cone| matches!(Shape::of::<D>(cone), Shape::Blocks(_))) {
+        return None;
+    }
     if m.saturating_mul(2 * D) > 2 * MOST_ROWS {
         return None;
     }
     let scaling = Scaling::of(problem);
     let mut tableau = Tableau::of(&scaling.scaled(problem))?;
     let solved = tableau.run(deadline);
-    let x = tableau.percussions::<D>(problem.friction());
+    let x = tableau.percussions::<D>(problem.cones());
     let mut r = x.clone();
     scaling.leave(&x, &mut r);
     let finite = r.iter().all(|r| crate::scalar::all_finite(r.iter()));
@@ -74,9 +78,9 @@ impl<T: Scalar> Tableau<T> {
     fn of<const D: usize>(problem: &ConeProblem<T, D>) -> Option<Self> {
         let mut first = Vec::with_capacity(problem.contacts() + 1);
         let mut n = 0;
-        for &mu in problem.friction() {
+        for cone in problem.cones() {
             first.push(n);
-            n += unknowns::<T, D>(mu);
+            n += unknowns::<T, D>(cone.friction());
         }
         first.push(n);
         if n > MOST_ROWS {
@@ -85,7 +89,9 @@ impl<T: Scalar> Tableau<T> {
         let width = n + 2;
         let mut entries = vec![T::zero(); n * width];
         let perturbation = ComplexField::powf(epsilon::<T>(), lit(0.6));
-        for (i, &mu) in problem.friction().iter().enumerate() {
+        let mut own = BlockMatrix::new();
+        let w = problem.delassus().form_in(&mut own);
+        for (i, cone) in problem.cones().iter().enumerate() {
             let size = first[i + 1] - first[i];
             for k in 0..size {
                 let row = first[i] + k;
@@ -95,12 +101,12 @@ impl<T: Scalar> Tableau<T> {
                 entries[width - 1] = perturbation * lit::<T>((GOLDEN * n * n).fract());
                 entries[width - 2] = T::one();
                 let Some((component, sign)) = along::<D>(k) else {
-                    entries[first[i]] = mu;
+                    entries[first[i]] = cone.friction();
                     (1..size - 1).for_each(|k| entries[first[i] + k] = -T::one());
                     continue;
                 };
                 entries[width - 1] += problem.b()[i][component] * lit::<T>(sign);
-                for (j, block) in problem.delassus().row(i) {
+                for (j, block) in w.row(i) {
                     for (k, entry) in entries[first[j]..first[j + 1]].iter_mut().enumerate() {
                         if let Some((other, factor)) = along::<D>(k) {
                             *entry += block[(component, other)] * lit::<T>(sign * factor);
@@ -200,14 +206,14 @@ impl<T: Scalar> Tableau<T> {
     }
 
     /// r of the basic x.
-    fn percussions<const D: usize>(&self, friction: &[T]) -> Vec<SVector<T, D>> {
+    fn percussions<const D: usize>(&self, cones: &[Cone<T>]) -> Vec<SVector<T, D>> {
         let mut x = vec![T::zero(); self.n];
         for (row, &k) in self.basic.iter().enumerate().filter(|&(_, &k)| k < self.n) {
             x[k] = self.constant(row).max(T::zero());
         }
         let mut first = 0;
-        let contact = |&mu: &T| {
-            let size = unknowns::<T, D>(mu);
+        let contact = |cone: &Cone<T>| {
+            let size = unknowns::<T, D>(cone.friction());
             let mut r = SVector::zeros();
             for k in 0..size {
                 if let Some((component, sign)) = along::<D>(k) {
@@ -217,7 +223,7 @@ impl<T: Scalar> Tableau<T> {
             first += size;
             r
         };
-        friction.iter().map(contact).collect()
+        cones.iter().map(contact).collect()
     }
 }
 
@@ -226,7 +232,6 @@ mod tests {
     use nalgebra::{matrix, vector};
 
     use super::*;
-    use crate::cone::BlockMatrix;
 
     /// Painlevé's rod in its inconsistent case: sliding on is impossible, the unique solution is an impact without collision
     /// that sticks, p = (0.30085, −0.4003) N s.

@@ -7,7 +7,7 @@ use super::control::Control;
 use super::error::Breakdown;
 use super::newton::{Plan, ProximalPoint};
 use super::settings::{Interval, SettingsError, setters};
-use crate::cone::ConeProblem;
+use crate::cone::{ConeProblem, Workspace};
 use crate::scalar::Scalar;
 
 /// Settings of [`ProximalNewton`].
@@ -63,5 +63,9 @@ impl<T: Scalar, const D: usize> Method<T, D> for ProximalNewton<T, D> {
     ) -> Result<usize, Breakdown> {
         let plan = Plan { proximal: self.settings.proximal, ..Plan::default() };
         self.core.run(problem, r, &plan, 0, control)
+    }
+
+    fn workspace(&mut self) -> Option<&mut Workspace<T>> {
+        Some(self.core.workspace())
     }
 }

@@ -31,7 +31,7 @@ const PERTURBATIONS: [f64; 3] = [1e-10, 1e-7, 1e-4];
 /// # Errors
 /// Those of [`ConeSolver::solve`]; where nothing else solved the problem either, [`SolveError::Unsolved`].
 pub fn solve_or_rescue<T: Scalar, const D: usize>(
-    solver: &mut dyn ConeSolver<T, D>,
+    solver: &mut (impl ConeSolver<T, D> + ?Sized),
     problem: &ConeProblem<T, D>,
     (start, older): (&[SVector<T, D>], &[SVector<T, D>]),
     r: &mut [SVector<T, D>],
@@ -182,12 +182,12 @@ impl<T: Scalar, const D: usize> Search<'_, T, D> {
         let mut solver = build::<T, D>(name, self.budget(name)?).ok()?;
         let mut perturbed = self.problem.clone();
         let size = lit::<T>(by) * self.problem.b_norm();
-        let (_, b, friction) = perturbed.parts_mut();
-        for (i, (b, mu)) in b.iter_mut().zip(friction).enumerate() {
+        let (b, cones) = perturbed.terms_mut();
+        for (i, (b, cone)) in b.iter_mut().zip(cones).enumerate() {
             // Outwards along the normal, so that what is too tight gets loose.
             let share = (0.618_033_988_749_894_9 * (i + 1) as f64).fract();
             b[0] += size * lit::<T>(share);
-            *mu *= lit::<T>(1.0 - by * share);
+            *cone = cone.scaled(lit::<T>(1.0 - by * share));
         }
         let mut start = self.best.to_vec();
         let near = start.clone();

@@ -7,7 +7,7 @@ use super::control::Control;
 use super::error::Breakdown;
 use super::newton::{Formulation, Plan, ProximalPoint};
 use super::settings::{Interval, SettingsError, setters};
-use crate::cone::ConeProblem;
+use crate::cone::{ConeProblem, Workspace};
 use crate::scalar::{Scalar, lit};
 
 /// Settings of [`SemismoothNewton`].
@@ -85,5 +85,9 @@ impl<T: Scalar, const D: usize> Method<T, D> for SemismoothNewton<T, D> {
         control: &mut Control<'_, T>,
     ) -> Result<usize, Breakdown> {
         self.core.run(problem, r, &self.plan, 0, control)
+    }
+
+    fn workspace(&mut self) -> Option<&mut Workspace<T>> {
+        Some(self.core.workspace())
     }
 }

@@ -5,7 +5,7 @@ use nalgebra::SVector;
 use super::anderson::Anderson;
 use super::control::Control;
 use super::gauss_seidel::GaussSeidel;
-use crate::cone::{ConeProblem, project};
+use crate::cone::{ConeProblem, Residual, Workspace, project};
 use crate::scalar::{Scalar, lit};
 
 /// Order in which a sweep visits the contacts.
@@ -61,7 +61,7 @@ pub(super) struct SweepsEnd<T> {
 /// Sweeps with Anderson acceleration that return the best iterate met.
 #[derive(Debug, Clone)]
 pub(super) struct Accelerated<T: Scalar, const D: usize> {
-    sweeps: GaussSeidel<T>,
+    sweeps: GaussSeidel<T, D>,
     anderson: Anderson<T, SVector<T, D>>,
     accelerated: bool,
     from: Vec<SVector<T, D>>,
@@ -80,6 +80,15 @@ impl<T: Scalar, const D: usize> Accelerated<T, D> {
         }
     }
 
+    /// [`ConeProblem::residual`], in the workspace of the sweeps.
+    pub(super) fn residual(&mut self, problem: &ConeProblem<T, D>, r: &[SVector<T, D>]) -> Residual<T> {
+        self.sweeps.residual(problem, r)
+    }
+
+    pub(super) fn workspace(&mut self) -> &mut Workspace<T> {
+        self.sweeps.workspace()
+    }
+
     /// Sweeps until the tolerance or the end of patience; `r` is left at the best iterate measured.
     pub(super) fn run(
         &mut self,
@@ -93,7 +102,7 @@ impl<T: Scalar, const D: usize> Accelerated<T, D> {
         if r.len() == 1 {
             // The sweep is the solution.
             self.sweeps.sweep(problem, r, false);
-            let residual = problem.scaled_residual(r, self.sweeps.sizes());
+            let residual = self.sweeps.scaled_residual(problem, r);
             control.proceed(1, residual);
             return SweepsEnd { iterations: 1, residual };
         }
@@ -105,7 +114,7 @@ impl<T: Scalar, const D: usize> Accelerated<T, D> {
         self.best.extend_from_slice(r);
         let b_norm = problem.b_norm();
         let tolerance = control.tolerance();
-        let mut best = problem.scaled_residual(r, self.sweeps.sizes());
+        let mut best = self.sweeps.scaled_residual(problem, r);
         // The change of a sweep bounds the residual only loosely, so the residual decides, and is measured where the
         // change promises it, and from time to time.
         let (mut trigger, mut next_check) = (tolerance, 4);
@@ -131,7 +140,7 @@ impl<T: Scalar, const D: usize> Accelerated<T, D> {
             }
             let last = !go_on || sweep == patience.sweeps || since > patience.stalled;
             if estimate <= trigger || sweep >= next_check || last {
-                let residual = problem.scaled_residual(r, self.sweeps.sizes());
+                let residual = self.sweeps.scaled_residual(problem, r);
                 if residual < best {
                     best = residual;
                     self.best.copy_from_slice(r);
@@ -152,7 +161,7 @@ impl<T: Scalar, const D: usize> Accelerated<T, D> {
                 // Contact α weighs λ_max(W_αα), so that the iterates do not depend on the units.
                 let weights = self.sweeps.sizes().iter().copied();
                 if self.anderson.accelerate(&self.from, r, weights) {
-                    r.iter_mut().zip(problem.friction()).for_each(|(r, &mu)| *r = project(r, mu));
+                    r.iter_mut().zip(problem.cones()).for_each(|(r, &cone)| *r = project(r, cone));
                 }
             }
         }

@@ -3,7 +3,7 @@
 use super::lines::{MEASURES, Measure};
 use super::scene::SceneResults;
 use super::{Bin, Line};
-use crate::plot::{Dash, Figure, MARKERS, Panel, Series, Style};
+use crate::plot::{Dash, Figure, Panel, Series, Style};
 
 /// Size in pixels of a row of two panels over two journal columns.
 const ROW: (f64, f64) = (644.0, 250.0);
@@ -85,7 +85,6 @@ impl SceneResults {
             let style = if single { Style::Line } else { Style::LineAndMarkers };
             let series = Series::new(label(line), style, x, y)
                 .color(color)
-                .marker(MARKERS[color % MARKERS.len()])
                 .dash(if single { Dash::Dotted } else { Dash::Solid })
                 .width(if line.marked { WIDTHS.1 } else { WIDTHS.0 });
             panel = panel.with(series);

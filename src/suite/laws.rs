@@ -11,7 +11,7 @@ use proptest::test_runner::{TestCaseError, TestError};
 use super::{RandomSystem, Suite, SuiteFailure, check_claim_is_sharp, random_system};
 use crate::cone::{ConeProblem, largest_eigenvalue};
 use crate::contact::pose;
-use crate::laws::{Approach, ContactLaw};
+use crate::laws::{Approach, ContactLaw, Rows};
 use crate::linalg::Symmetric;
 use crate::scheme::{Activation, ActivationRule, Settings, ThetaScheme};
 use crate::solver::{self, ConeSolver, SOLVERS, SolveError, Stopping};
@@ -27,29 +27,33 @@ const STEPS: usize = 60;
 /// Makes an instance of a law from numbers in [0, 1], one for each of its parameters.
 pub type Draw<'a, const D: usize> = dyn Fn(&[f64]) -> Box<dyn ContactLaw<f64, D>> + 'a;
 
-/// Tests a law in every dimension with every solver; `draw` makes an instance from `parameters` numbers in [0, 1].
+/// Tests a law in every dimension, D = 1, 2, 3, and 6 where it rolls, with every solver; `draw` makes an instance from `parameters` numbers in [0, 1].
 ///
 /// # Errors
 /// [`SuiteFailure`] with the smallest case found.
 pub fn check_law<L>(suite: &Suite, parameters: usize, draw: impl Fn(&[f64]) -> L) -> Result<(), SuiteFailure>
 where
-    L: ContactLaw<f64, 1> + ContactLaw<f64, 2> + ContactLaw<f64, 3> + 'static,
+    L: ContactLaw<f64, 1> + ContactLaw<f64, 2> + ContactLaw<f64, 3> + ContactLaw<f64, 6> + 'static,
 {
     let one = |unit: &[f64]| -> Box<dyn ContactLaw<f64, 1>> { Box::new(draw(unit)) };
     let two = |unit: &[f64]| -> Box<dyn ContactLaw<f64, 2>> { Box::new(draw(unit)) };
     let three = |unit: &[f64]| -> Box<dyn ContactLaw<f64, 3>> { Box::new(draw(unit)) };
-    check_law_everywhere(suite, parameters, (&one, &two, &three))
+    let six = |unit: &[f64]| -> Box<dyn ContactLaw<f64, 6>> { Box::new(draw(unit)) };
+    check_law_everywhere(suite, parameters, (&one, &two, &three, &six))
 }
 
 /// [`check_law`], compiled once for all laws: what an author waits for is the law itself.
 fn check_law_everywhere(
     suite: &Suite,
     parameters: usize,
-    (one, two, three): (&Draw<'_, 1>, &Draw<'_, 2>, &Draw<'_, 3>),
+    (one, two, three, six): (&Draw<'_, 1>, &Draw<'_, 2>, &Draw<'_, 3>, &Draw<'_, 6>),
 ) -> Result<(), SuiteFailure> {
     check_law_in(suite, parameters, one)?;
     check_law_in(suite, parameters, two)?;
-    check_law_in(suite, parameters, three)
+    check_law_in(suite, parameters, three)?;
+    // Six rows are for laws that roll.
+    let rolls = six(&vec![0.5; parameters]).rows() == Rows::Rolling;
+    if rolls { check_law_in(suite, parameters, six) } else { Ok(()) }
 }
 
 /// [`check_law`] in one contact dimension.
@@ -95,7 +99,7 @@ fn instances<const D: usize>(
     Some((laws, claim.start() + share * (claim.end() - claim.start())))
 }
 
-fn failure<const D: usize, V: std::fmt::Debug>(
+pub(super) fn failure<const D: usize, V: std::fmt::Debug>(
     property: &'static str,
     solver: &str,
 ) -> impl FnOnce(TestError<V>) -> SuiteFailure {
@@ -177,6 +181,14 @@ pub fn check_lasting<const D: usize>(
     run.map_err(failure::<D, _>("lasting contacts dissipate", solver))
 }
 
+/// What a law is asked of a contact with the rows that it needs.
+pub(super) fn asked<'a, const D: usize>(
+    law: &dyn ContactLaw<f64, D>,
+    at: Approach<'a, f64, D>,
+) -> Approach<'a, f64, D> {
+    if D > 2 && law.rows() == Rows::Rolling { at.with_rows(Rows::Rolling) } else { at }
+}
+
 fn build<const D: usize>(name: &str) -> Result<Box<dyn ConeSolver<f64, D>>, TestCaseError> {
     solver::build(name, Stopping::default()).map_err(|error| TestCaseError::fail(error.to_string()))
 }
@@ -202,20 +214,20 @@ type Works = Result<(Vec<f64>, f64), SolveError>;
 fn works<const D: usize>(
     system: &RandomSystem<D>,
     laws: &[Box<dyn ContactLaw<f64, D>>],
-    ask: impl Fn(usize, SVector<f64, D>) -> Approach<f64, D>,
+    ask: impl Fn(usize, SVector<f64, D>) -> Approach<'static, f64, D>,
     solver: &mut dyn ConeSolver<f64, D>,
 ) -> Result<Works, TestCaseError> {
     let before = system.local_before();
-    let (mut shifts, mut friction, mut thetas) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut shifts, mut cones, mut thetas) = (Vec::new(), Vec::new(), Vec::new());
     for (i, (law, &u)) in laws.iter().zip(&before).enumerate() {
-        let approach = ask(i, u);
+        let approach = asked(&**law, ask(i, u));
         let posed = pose(&**law, &approach, &SVector::zeros());
-        let (shift, mu) = posed.map_err(|error| TestCaseError::fail(error.to_string()))?;
+        let (shift, cone) = posed.map_err(|error| TestCaseError::fail(error.to_string()))?;
         shifts.push(shift);
-        friction.push(mu);
+        cones.push(cone);
         thetas.push(approach.theta);
     }
-    let problem = system.problem(&shifts, friction);
+    let problem = system.problem(&shifts, cones);
     let zeros = vec![SVector::zeros(); laws.len()];
     let mut p = zeros.clone();
     if let Err(error) = solver.solve(&problem, &zeros, &mut p) {

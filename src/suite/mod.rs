@@ -9,6 +9,8 @@
 //! check_law(&Suite { cases: 8, ..Suite::default() }, 2, draw).unwrap();
 //! ```
 //!
+//! [`check_solver`] does the same for a solver of the cone problem.
+//!
 //! [`check_law`] tests the claim of a law in every contact dimension with every registered solver:
 //!
 //! - inside the θ-interval it claims, u_{k+θ}·p ≤ 0 at every contact of random problems ([`check_dissipation`]),
@@ -18,6 +20,7 @@
 //! [`check_system`] tests what a system says of itself: sizes, gaps and Jacobians, joints, potentials.
 
 mod laws;
+mod solvers;
 mod strategies;
 mod systems;
 mod violation;
@@ -25,6 +28,7 @@ mod violation;
 use proptest::test_runner::{Config, FileFailurePersistence, RngAlgorithm, TestRng, TestRunner};
 
 pub use laws::{Draw, check_balance, check_dissipation, check_lasting, check_law, check_law_in, work_bound};
+pub use solvers::{BuildSolver, SolverFamily, check_solver, check_solver_in};
 pub use strategies::{RandomSystem, random_system};
 pub use systems::check_system;
 pub use violation::{Violation, check_claim_is_sharp, find_violation};

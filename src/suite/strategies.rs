@@ -4,7 +4,7 @@ use nalgebra::{SMatrix, SVector};
 use proptest::collection::vec;
 use proptest::prelude::*;
 
-use crate::cone::{BlockMatrix, ConeProblem};
+use crate::cone::{BlockMatrix, Cone, ConeProblem};
 use crate::linalg::BlockRows;
 
 /// A system of diagonal mass at an impact: M, H, v_k and v_free.
@@ -58,10 +58,14 @@ impl<const D: usize> RandomSystem<D> {
     /// The cone problem with b = H v_free + δ.
     ///
     /// # Panics
-    /// If `shifts` or `friction` have not one entry per contact, or are out of range.
-    pub fn problem(&self, shifts: &[SVector<f64, D>], friction: Vec<f64>) -> ConeProblem<f64, D> {
+    /// If `shifts` or `cones` have not one entry per contact, or are out of range.
+    pub fn problem(
+        &self,
+        shifts: &[SVector<f64, D>],
+        cones: Vec<impl Into<Cone<f64>>>,
+    ) -> ConeProblem<f64, D> {
         let b = self.local_free().iter().zip(shifts).map(|(u, shift)| u + shift).collect();
-        ConeProblem::new(self.delassus(), b, friction).expect("H M⁻¹ Hᵀ is symmetric and semidefinite")
+        ConeProblem::new(self.delassus(), b, cones).expect("H M⁻¹ Hᵀ is symmetric and semidefinite")
     }
 }
 

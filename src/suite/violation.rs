@@ -4,6 +4,7 @@ use nalgebra::SVector;
 use proptest::collection::vec;
 use proptest::strategy::{Strategy, ValueTree};
 
+use super::laws::asked;
 use super::{Draw, RandomSystem, Suite, SuiteFailure, random_system};
 use crate::cone::solve_one_contact;
 use crate::contact::pose;
@@ -50,9 +51,9 @@ fn evaluate<const D: usize>(
     system: RandomSystem<D>,
 ) -> Option<Violation<D>> {
     let (before, free) = (system.local_before()[0], system.local_free()[0]);
-    let (b, friction) = pose(law, &Approach::impact(before, theta), &free).ok()?;
+    let (b, cone) = pose(law, &asked(law, Approach::impact(before, theta)), &free).ok()?;
     let w = *system.delassus().diagonal(0).expect("a contact has a diagonal block");
-    let percussion = solve_one_contact(&w, &b, friction);
+    let percussion = solve_one_contact(&w, &b, cone);
     let after = w * percussion + free;
     let contact_work = (before * (1.0 - theta) + after * theta).dot(&percussion);
     let mut impulse = vec![0.0; system.mass.len()];

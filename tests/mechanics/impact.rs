@@ -36,9 +36,9 @@ pub(crate) fn try_impact(
     theta: f64,
     solver: &mut dyn ConeSolver<f64, 2>,
 ) -> Result<Impact, SolveError> {
-    let (b, friction) = pose(law, &Approach::impact(*before, theta), free).expect("a law with a problem");
+    let (b, cone) = pose(law, &Approach::impact(*before, theta), free).expect("a law with a problem");
     let blocks = BlockMatrix::from_fn(1, |_, _| *w);
-    let problem = ConeProblem::new(blocks, vec![b], vec![friction])?;
+    let problem = ConeProblem::new(blocks, vec![b], vec![cone.friction()])?;
     let mut p = [Vector2::zeros()];
     solver.solve(&problem, &[Vector2::zeros()], &mut p)?;
     let [percussion] = p;

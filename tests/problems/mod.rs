@@ -7,7 +7,7 @@ mod bodies;
 
 use bodies::{Rig, box_on_plane, wall};
 use nalgebra::{SMatrix, SVector};
-use nonsmooth::cone::ConeProblem;
+use nonsmooth::cone::{BlockMatrix, ConeProblem};
 use nonsmooth::fclib::{Cone, FclibError, Info, Problem};
 
 /// A problem under the name of its file.
@@ -197,16 +197,18 @@ fn rebuilt<const D: usize>(
 ) -> Result<Problem, FclibError> {
     let mut result = ConeProblem::<f64, D>::default();
     let (delassus, b, friction) = result.parts_mut();
+    let mut own = BlockMatrix::new();
+    let w = cone.delassus().form_in(&mut own);
     for (row, &i) in picks.iter().enumerate() {
         delassus.start_row();
         for (column, &j) in picks.iter().enumerate() {
-            if let Some((_, block)) = cone.delassus().row(i).find(|&(k, _)| k == j) {
+            if let Some((_, block)) = w.row(i).find(|&(k, _)| k == j) {
                 let sizes = (cone.diagonal(i).diagonal(), cone.diagonal(j).diagonal());
                 delassus.push(column, change((row, column), block, (&sizes.0, &sizes.1)));
             }
         }
         b.push(cone.b()[i] * velocity);
-        friction.push(cone.friction()[i]);
+        friction.push(cone.cones()[i]);
     }
     Problem::from_cone(&result, Info::default())
 }

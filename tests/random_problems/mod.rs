@@ -50,7 +50,7 @@ pub(crate) fn random<T: Scalar, const D: usize>(recipe: &Recipe) -> ConeProblem<
     *delassus = BlockMatrix::from_fn(m, |i, j| SMatrix::from_fn(|r, c| w[(i * D + r, j * D + c)]));
     let lean = |d| if d == 0 { 0.5 } else { 0.0 };
     b.extend((0..m).map(|_| SVector::from_fn(|d, _| lit::<T>(stream.normal() - lean(d)))));
-    mu.resize(m, lit(friction));
+    mu.resize(m, lit::<T>(friction).into());
     // Symmetric semidefinite by construction, whatever an eigenvalue routine makes of it in single precision.
     problem.check().expect("H M⁻¹ Hᵀ has a positive diagonal");
     problem

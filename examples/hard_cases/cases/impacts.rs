@@ -181,11 +181,11 @@ fn painleve<T: Scalar>(choice: &Choice<'_>) -> Result<Outcome, String> {
     let w = Matrix2::new(1.6, 1.2, 1.2, 3.4).map(lit::<T>);
     let b = Vector2::new(lit(0.01), lit(1.0));
     let blocks = BlockMatrix::from_fn(1, |_, _| w);
-    let problem = ConeProblem::new(blocks, vec![b], vec![lit(2.0)]).map_err(|e| e.to_string())?;
+    let problem = ConeProblem::new(blocks, vec![b], vec![lit::<T>(2.0)]).map_err(|e| e.to_string())?;
     let mut r = [Vector2::zeros()];
     let mut solver = solver::<T, 2>(choice, 1e-12);
     solver.solve(&problem, &[Vector2::zeros()], &mut r).map_err(|e| e.to_string())?;
-    let chosen = status(&r[0], lit(2.0), lit(1e-5));
+    let chosen = status(&r[0], lit::<T>(2.0), lit(1e-5));
     outcome.near("take-off chosen of three solutions", f64::from(chosen == Status::TakeOff), 1.0, 0.0);
     Ok(outcome)
 }

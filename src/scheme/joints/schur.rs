@@ -59,8 +59,8 @@ impl<T: Scalar> Schur<T> {
             }
         }
         let (starts, columns) = self.matrix.pattern();
-        self.factor.analyse(starts, columns, 1);
-        self.factor.factor(&self.values, &self.active)
+        self.factor.analyse(starts, columns, 1).map_err(|error| error.row)?;
+        self.factor.factor(&self.values, &self.active).map_err(|error| error.node)
     }
 
     pub(super) fn solve(&mut self, x: &mut [T]) {

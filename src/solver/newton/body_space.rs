@@ -3,8 +3,8 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::maps::{Linear, State};
-use crate::cone::{FactoredDelassus, Product};
-use crate::linalg::{Multifrontal, SolveBuffers};
+use crate::cone::{FactoredDelassus, Workspace};
+use crate::linalg::{Multifrontal, NoPivot, SolveBuffers};
 use crate::scalar::Scalar;
 
 /// With dv = M̂⁻¹Hᵀ dr the system C W dr + (A + aC) dr = −f becomes, G = (A + aC)⁻¹C and y = (A + aC)⁻¹f,
@@ -30,7 +30,7 @@ pub(super) struct BodySpace<T: Scalar, const D: usize> {
     rhs: Vec<T>,
     lu: Multifrontal<T>,
     buffers: SolveBuffers<T>,
-    product: Product<T>,
+    product: Workspace<T>,
     scaled: Vec<SVector<T, D>>,
     /// (A + aC)⁻¹ and G of every contact, and G times the columns of H of one.
     inverse: Vec<SMatrix<T, D, D>>,
@@ -53,7 +53,7 @@ impl<T: Scalar, const D: usize> BodySpace<T, D> {
             rhs: Vec::new(),
             lu: Multifrontal::new(),
             buffers: SolveBuffers::default(),
-            product: Product::default(),
+            product: Workspace::default(),
             scaled: Vec::new(),
             inverse: Vec::new(),
             gain: Vec::new(),
@@ -74,8 +74,8 @@ impl<T: Scalar, const D: usize> BodySpace<T, D> {
         self.analysed &= same;
     }
 
-    fn analyse(&mut self) {
-        let Some(factors) = &self.factors else { return };
+    fn analyse(&mut self) -> Result<(), NoPivot> {
+        let Some(factors) = &self.factors else { return Ok(()) };
         let (h, mass, nodes) = (&factors.jacobian, &factors.mass, factors.nodes());
         let mut rows: Vec<Vec<usize>> =
             (0..nodes).map(|i| mass.columns[mass.starts[i]..mass.starts[i + 1]].to_vec()).collect();
@@ -107,10 +107,13 @@ impl<T: Scalar, const D: usize> BodySpace<T, D> {
                 self.pair_place.extend(touched.iter().map(|&j| place(i, j)));
             }
         }
-        self.lu.analyse(&self.starts, &self.columns, factors.dofs());
+        self.lu
+            .analyse(&self.starts, &self.columns, factors.dofs())
+            .map_err(|error| NoPivot { node: error.row })?;
         self.active.clear();
         self.active.resize(nodes, true);
         self.analysed = true;
+        Ok(())
     }
 
     /// out = S H M̂⁻¹ Hᵀ S r.
@@ -126,9 +129,9 @@ impl<T: Scalar, const D: usize> BodySpace<T, D> {
     ///
     /// # Errors
     /// The contact whose A + aC, or the block of velocities whose pivots, cannot be inverted.
-    pub(super) fn factor(&mut self, linear: &[Linear<T, D>], proximal: T) -> Result<(), usize> {
+    pub(super) fn factor(&mut self, linear: &[Linear<T, D>], proximal: T) -> Result<(), NoPivot> {
         if !self.analysed {
-            self.analyse();
+            self.analyse()?;
         }
         let Some(factors) = &self.factors else { return Ok(()) };
         let (d, h) = (factors.dofs(), &factors.jacobian);
@@ -149,7 +152,7 @@ impl<T: Scalar, const D: usize> BodySpace<T, D> {
                 State::Open => (SMatrix::identity(), SMatrix::zeros()),
                 State::Stick => (SMatrix::identity() / proximal, SMatrix::identity() / proximal),
                 State::Slide => {
-                    let inverse = (x.a + x.c * proximal).try_inverse().ok_or(i)?;
+                    let inverse = (x.a + x.c * proximal).try_inverse().ok_or(NoPivot { node: i })?;
                     (inverse, inverse * x.c)
                 }
             };

@@ -4,7 +4,7 @@ use nalgebra::{SMatrix, SVector};
 
 use super::maps::{Linear, State};
 use crate::cone::BlockMatrix;
-use crate::linalg::{Multifrontal, SolveBuffers};
+use crate::linalg::{Multifrontal, NoPivot, SolveBuffers};
 use crate::scalar::Scalar;
 
 /// Σ_β C_α W_αβ dr_β + (A_α + a C_α) dr_α = −f_α with the scaled W; open contacts (dr = −r) leave the system.
@@ -117,9 +117,9 @@ impl<T: Scalar, const D: usize> ContactSpace<T, D> {
     ///
     /// # Errors
     /// The contact at which the factorisation found no pivot.
-    pub(super) fn factor(&mut self, linear: &[Linear<T, D>], proximal: T) -> Result<(), usize> {
+    pub(super) fn factor(&mut self, linear: &[Linear<T, D>], proximal: T) -> Result<(), NoPivot> {
         if !self.analysed {
-            self.lu.analyse(&self.starts, &self.columns, D);
+            self.lu.analyse(&self.starts, &self.columns, D).map_err(|error| NoPivot { node: error.row })?;
             self.analysed = true;
         }
         self.active.clear();
@@ -166,5 +166,82 @@ impl<T: Scalar, const D: usize> ContactSpace<T, D> {
         x.iter().for_each(|x| self.rhs.extend_from_slice(x.as_slice()));
         self.lu.solve(&mut self.rhs, &mut self.buffers);
         x.iter_mut().zip(self.rhs.chunks_exact(D)).for_each(|(x, rhs)| x.copy_from_slice(rhs));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// A band of blocks, which is ordered, and the same matrix with every block stored, which is one dense front.
+    fn pair(contacts: usize, values: &[f64]) -> [BlockMatrix<f64, 2>; 2] {
+        let entry = |i: usize, j: usize| {
+            let near = i.abs_diff(j) <= 1;
+            SMatrix::<f64, 2, 2>::from_fn(|r, c| {
+                let diagonal = if (i, r) == (j, c) { 6.0 } else { 0.0 };
+                if near { diagonal + values[(7 * i + 3 * j + 2 * r + c) % values.len()] } else { 0.0 }
+            })
+        };
+        let mut band = BlockMatrix::new();
+        for i in 0..contacts {
+            band.start_row();
+            (0..contacts).filter(|j| i.abs_diff(*j) <= 1).for_each(|j| band.push(j, entry(i, j)));
+        }
+        [band, BlockMatrix::from_fn(contacts, entry)]
+    }
+
+    fn linear(state: State, f: SVector<f64, 2>) -> Linear<f64, 2> {
+        let identity = SMatrix::identity();
+        match state {
+            State::Open => Linear { state, f, a: identity, c: SMatrix::zeros() },
+            State::Stick => Linear::sticking(f),
+            State::Slide => Linear { state, f, a: identity * 0.5, c: identity * 2.0 },
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(32))]
+
+        /// C W dr + (A + a C) dr = −f, whatever the storage of W.
+        #[test]
+        fn sparse_and_dense_systems_have_the_solution(
+            contacts in 110usize..130,
+            values in proptest::collection::vec(-1.0..1.0f64, 53),
+        ) {
+            let states = [State::Stick, State::Open, State::Slide];
+            let linear: Vec<_> = (0..contacts)
+                .map(|i| linear(states[i % 3], SVector::<f64, 2>::new(values[i % 53], 1.0)))
+                .collect();
+            let (scale, proximal) = (vec![1.0; contacts], 0.1);
+            for w in &pair(contacts, &values) {
+                let mut space = ContactSpace::new();
+                let mut dr = vec![SVector::zeros(); contacts];
+                // Twice, so that the kept ordering is used too.
+                for _ in 0..2 {
+                    space.prepare(w, &scale);
+                    prop_assert_eq!(space.factor(&linear, proximal), Ok(()));
+                    space.step(&linear, &mut dr);
+                }
+                for (i, x) in linear.iter().enumerate() {
+                    let w_dr = w.row(i).fold(SVector::<f64, 2>::zeros(), |sum, (j, block)| sum + block * dr[j]);
+                    let left = x.c * w_dr + (x.a + x.c * proximal) * dr[i];
+                    // The matrix is diagonally dominant, condition ≤ 100.
+                    prop_assert!((left + x.f).norm() <= 1e-12 * (1.0 + x.f.norm()));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_matrix_that_is_not_finite_or_singular_is_an_error() {
+        for entry in [f64::NAN, 1.0] {
+            let w = BlockMatrix::from_fn(2, |_, _| SMatrix::<f64, 1, 1>::new(entry));
+            let mut space = ContactSpace::new();
+            space.prepare(&w, &[1.0; 2]);
+            let sticking = [Linear::sticking(SVector::<f64, 1>::new(1.0)); 2];
+            let error = space.factor(&sticking, 0.0).expect_err("no pivot");
+            assert!(error.node < 2, "{error}");
+        }
     }
 }

@@ -2,7 +2,8 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::cone::{de_saxce, project};
+use crate::cone::cones::{Shape, blocks};
+use crate::cone::{Cone, de_saxce, project};
 use crate::scalar::Scalar;
 
 /// The nonsmooth equation f(r, w) = 0 of a contact that is equivalent to the cone problem, both with step length ρ = 1 on
@@ -131,6 +132,35 @@ fn linearise_natural<T: Scalar, const D: usize>(r: &SVector<T, D>, w: &SVector<T
     Linear { state: State::Slide, f, a: identity - slope, c: slope * phi }
 }
 
+/// Either map of a cone with a ball per block: with the slope P of the projection, A = I − P, and C = P, times Φ′(w) for the
+/// natural map.
+fn linearise_blocks<T: Scalar, const D: usize>(
+    formulation: Formulation,
+    r: &SVector<T, D>,
+    w: &SVector<T, D>,
+    coefficients: [T; 3],
+) -> Linear<T, D> {
+    let identity = SMatrix::identity();
+    let (f, slope, change) = match formulation {
+        Formulation::AlartCurnier => {
+            let f = blocks::alart_curnier(r, w, coefficients);
+            match blocks::ball_slope(&(r - w), coefficients) {
+                Some((_, true)) => return Linear::sticking(f),
+                slope => (f, slope.map(|(slope, _)| slope), identity),
+            }
+        }
+        Formulation::NaturalMap => {
+            let y = r - blocks::de_saxce(w, coefficients);
+            let f = r - blocks::project(&y, coefficients);
+            (f, blocks::slope(&y, coefficients), blocks::de_saxce_slope(w, coefficients))
+        }
+    };
+    match slope {
+        None => Linear { state: State::Open, f, a: identity, c: SMatrix::zeros() },
+        Some(slope) => Linear { state: State::Slide, f, a: identity - slope, c: slope * change },
+    }
+}
+
 /// x/y of sizes, 0 where y is.
 fn ratio<T: Scalar>(x: T, y: T) -> T {
     if y > T::zero() { x / y } else { T::zero() }
@@ -151,11 +181,13 @@ impl Formulation {
         self,
         r: &SVector<T, D>,
         w: &SVector<T, D>,
-        mu: T,
+        cone: impl Into<Cone<T>>,
     ) -> SVector<T, D> {
-        match self {
-            Self::AlartCurnier => alart_curnier(r, w, mu),
-            Self::NaturalMap => r - project(&(r - de_saxce(w, mu)), mu),
+        let cone = cone.into();
+        match (self, Shape::of::<D>(cone)) {
+            (Self::AlartCurnier, Shape::Disc(mu)) => alart_curnier(r, w, mu),
+            (Self::AlartCurnier, Shape::Blocks(coefficients)) => blocks::alart_curnier(r, w, coefficients),
+            (Self::NaturalMap, _) => r - project(&(r - de_saxce(w, cone)), cone),
         }
     }
 
@@ -165,11 +197,12 @@ impl Formulation {
         self,
         r: &SVector<T, D>,
         w: &SVector<T, D>,
-        mu: T,
+        cone: impl Into<Cone<T>>,
     ) -> Linear<T, D> {
-        match self {
-            Self::AlartCurnier => linearise_alart_curnier(r, w, mu),
-            Self::NaturalMap => linearise_natural(r, w, mu),
+        match (self, Shape::of::<D>(cone.into())) {
+            (Self::AlartCurnier, Shape::Disc(mu)) => linearise_alart_curnier(r, w, mu),
+            (Self::NaturalMap, Shape::Disc(mu)) => linearise_natural(r, w, mu),
+            (_, Shape::Blocks(coefficients)) => linearise_blocks(self, r, w, coefficients),
         }
     }
 }
@@ -177,7 +210,7 @@ impl Formulation {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cone::{project, tangential_norm};
+    use crate::cone::{dual_gauge, project};
     use proptest::prelude::*;
 
     /// The derivative against central differences, where the two sides of the point agree (away from the kinks).
@@ -241,7 +274,7 @@ mod tests {
             let r = project(&y, friction);
             // u = r − y ∈ K*, u ⟂ r; w = u − μ‖u_T‖ e_N has Φ(w) = u.
             let mut w = r - y;
-            w[0] -= friction * tangential_norm(&w);
+            w[0] -= dual_gauge(&w, friction);
             for formulation in [Formulation::AlartCurnier, Formulation::NaturalMap] {
                 // Both are a few operations on numbers of size 10.
                 prop_assert!(formulation.value(&r, &w, friction).norm() <= 1e-13 * (1.0 + friction * friction));

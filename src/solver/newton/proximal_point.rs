@@ -7,7 +7,7 @@ use super::maps::Formulation;
 use super::refine::Refinement;
 use super::scaled::ScaledProblem;
 use super::schedule::{Schedule, Start};
-use crate::cone::ConeProblem;
+use crate::cone::{ConeProblem, Workspace};
 use crate::scalar::{Scalar, epsilon, lit};
 use crate::solver::control::Control;
 use crate::solver::error::{Breakdown, BreakdownCause};
@@ -63,6 +63,11 @@ impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
         Self { scaled, inner, refinement, best: Vec::new() }
     }
 
+    /// The workspace of the problem's products.
+    pub(in crate::solver) fn workspace(&mut self) -> &mut Workspace<T> {
+        self.refinement.workspace()
+    }
+
     /// Improves `r`, counting iterations from `before`; `r` is left at the best iterate.
     pub(in crate::solver) fn run(
         &mut self,
@@ -97,7 +102,9 @@ impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
             if finished {
                 // The little that is left may be larger in the problem's units, where percussions nearly cancel: on with it.
                 scaled.leave(best, r);
-                if problem.residual(r).scaled <= control.tolerance() || target <= lowest {
+                if problem.residual_in(r, refinement.workspace()).scaled <= control.tolerance()
+                    || target <= lowest
+                {
                     break;
                 }
                 target *= lit::<T>(0.25);
@@ -173,7 +180,7 @@ impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
                     break;
                 }
                 start = start.next(steps, problem.contacts());
-                start.place(best, scaled.friction(), &mut inner.r);
+                start.place(best, scaled.cones(), &mut inner.r);
                 inner.update(scaled);
                 direct = plan.direct_steps > 0;
                 schedule = Schedule::new(lit(if start.number.is_multiple_of(2) { 1e-4 } else { 1e-8 }));

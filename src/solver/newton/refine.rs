@@ -4,7 +4,7 @@ use nalgebra::SVector;
 
 use super::maps::{Formulation, Linear};
 use super::scaled::ScaledProblem;
-use crate::cone::{ConeProblem, project};
+use crate::cone::{ConeProblem, Workspace, project};
 use crate::scalar::{Scalar, epsilon, lit};
 
 /// Steps at most; each gains some digits, and a solution within reach of rounding lacks few.
@@ -26,12 +26,18 @@ pub(super) struct Refinement<T: Scalar, const D: usize> {
     step: Vec<SVector<T, D>>,
     linear: Vec<Linear<T, D>>,
     best: Vec<SVector<T, D>>,
+    workspace: Workspace<T>,
 }
 
 impl<T: Scalar, const D: usize> Refinement<T, D> {
     pub(super) fn new() -> Self {
         let [w, scaled_r, scaled_w, step, best] = std::array::from_fn(|_| Vec::new());
-        Self { w, scaled_r, scaled_w, step, linear: Vec::new(), best }
+        Self { w, scaled_r, scaled_w, step, linear: Vec::new(), best, workspace: Workspace::default() }
+    }
+
+    /// The workspace of the problem's products.
+    pub(super) fn workspace(&mut self) -> &mut Workspace<T> {
+        &mut self.workspace
     }
 
     /// Refines `r` down to `target` or as far as it goes; returns the scaled residual of the iterate where `r` is left and
@@ -47,7 +53,7 @@ impl<T: Scalar, const D: usize> Refinement<T, D> {
         r: &mut [SVector<T, D>],
         (target, floor): (T, T),
     ) -> (T, usize) {
-        let Self { w, scaled_r, scaled_w, step, linear, best } = self;
+        let Self { w, scaled_r, scaled_w, step, linear, best, workspace } = self;
         let (mut least, mut steps) = (T::infinity_impl(), 0);
         let (mut regular, mut most) = (REGULAR, MOST_STEPS);
         // What comes back where no residual is a number.
@@ -55,7 +61,7 @@ impl<T: Scalar, const D: usize> Refinement<T, D> {
         best.extend_from_slice(r);
         loop {
             w.clear();
-            problem.precise_velocities(r, &mut |_, velocity| w.push(velocity));
+            problem.precise_velocities(r, workspace, &mut |_, velocity| w.push(velocity));
             let residual = problem.residual_at(r, w).scaled;
             let gains = residual < least * lit::<T>(0.7);
             if residual < least || residual <= floor {
@@ -83,7 +89,7 @@ impl<T: Scalar, const D: usize> Refinement<T, D> {
             scaled.step(linear, step);
             steps += 1;
             for ((i, r), step) in r.iter_mut().enumerate().zip(step.iter()) {
-                *r = project(&(*r + step * scaled.unit(i)), problem.friction()[i]);
+                *r = project(&(*r + step * scaled.unit(i)), problem.cones()[i]);
             }
         }
         r.copy_from_slice(best);

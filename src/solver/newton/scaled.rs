@@ -6,7 +6,8 @@ use super::body_space::BodySpace;
 use super::contact_space::ContactSpace;
 use super::maps::{Formulation, Linear};
 use super::scaling::Scaling;
-use crate::cone::{ConeProblem, de_saxce, project};
+use crate::cone::{Cone, ConeProblem, Delassus, de_saxce, project};
+use crate::linalg::NoPivot;
 use crate::scalar::Scalar;
 
 /// The problem in the units of [`Scaling`], with W as the problem holds it: formed, or as H and M̂.
@@ -14,7 +15,7 @@ use crate::scalar::Scalar;
 pub(in crate::solver) struct ScaledProblem<T: Scalar, const D: usize> {
     scaling: Scaling<T>,
     b: Vec<SVector<T, D>>,
-    friction: Vec<T>,
+    cones: Vec<Cone<T>>,
     system: System<T, D>,
 }
 
@@ -30,7 +31,7 @@ impl<T: Scalar, const D: usize> ScaledProblem<T, D> {
         Self {
             scaling: Scaling::new(),
             b: Vec::new(),
-            friction: Vec::new(),
+            cones: Vec::new(),
             system: System::Contact(Box::new(ContactSpace::new())),
         }
     }
@@ -39,18 +40,18 @@ impl<T: Scalar, const D: usize> ScaledProblem<T, D> {
     pub(in crate::solver) fn prepare(&mut self, problem: &ConeProblem<T, D>) {
         self.scaling.prepare(problem);
         self.scaling.enter_velocities(problem.b(), &mut self.b);
-        self.friction.clear();
-        self.friction.extend_from_slice(problem.friction());
+        self.cones.clear();
+        self.cones.extend_from_slice(problem.cones());
         let scale = self.scaling.scale();
-        match (&mut self.system, problem.factors()) {
-            (System::Contact(system), None) => system.prepare(problem.delassus(), scale),
-            (System::Body(system), Some(factors)) => system.prepare(factors, scale),
-            (system, None) => {
+        match (&mut self.system, problem.delassus()) {
+            (System::Contact(system), Delassus::Formed(w)) => system.prepare(w, scale),
+            (System::Body(system), Delassus::Factored(factors)) => system.prepare(factors, scale),
+            (system, Delassus::Formed(w)) => {
                 let mut contact = ContactSpace::new();
-                contact.prepare(problem.delassus(), scale);
+                contact.prepare(w, scale);
                 *system = System::Contact(Box::new(contact));
             }
-            (system, Some(factors)) => {
+            (system, Delassus::Factored(factors)) => {
                 let mut body = BodySpace::new();
                 body.prepare(factors, scale);
                 *system = System::Body(Box::new(body));
@@ -62,8 +63,8 @@ impl<T: Scalar, const D: usize> ScaledProblem<T, D> {
         self.b.len()
     }
 
-    pub(in crate::solver) fn friction(&self) -> &[T] {
-        &self.friction
+    pub(in crate::solver) fn cones(&self) -> &[Cone<T>] {
+        &self.cones
     }
 
     pub(in crate::solver) fn b(&self) -> &[SVector<T, D>] {
@@ -94,7 +95,7 @@ impl<T: Scalar, const D: usize> ScaledProblem<T, D> {
 
     /// `onto` ← the projection of r on the cones.
     pub(in crate::solver) fn project(&self, r: &[SVector<T, D>], onto: &mut [SVector<T, D>]) {
-        onto.iter_mut().zip(r).zip(&self.friction).for_each(|((onto, r), &mu)| *onto = project(r, mu));
+        onto.iter_mut().zip(r).zip(&self.cones).for_each(|((onto, r), &cone)| *onto = project(r, cone));
     }
 
     /// w = W r + b.
@@ -113,25 +114,25 @@ impl<T: Scalar, const D: usize> ScaledProblem<T, D> {
 
     /// `x` ← its projection on the cones.
     pub(in crate::solver) fn project_in_place(&self, x: &mut [SVector<T, D>]) {
-        x.iter_mut().zip(&self.friction).for_each(|(x, &mu)| *x = project(x, mu));
+        x.iter_mut().zip(&self.cones).for_each(|(x, &cone)| *x = project(x, cone));
     }
 
     /// F(r) = Φ(W r + b).
     pub(in crate::solver) fn force(&mut self, r: &[SVector<T, D>], force: &mut [SVector<T, D>]) {
         self.velocity(r, force);
-        force.iter_mut().zip(&self.friction).for_each(|(w, &mu)| *w = de_saxce(w, mu));
+        force.iter_mut().zip(&self.cones).for_each(|(w, &cone)| *w = de_saxce(w, cone));
     }
 
     /// The scaled residual of the problem as given at (r, w).
     pub(in crate::solver) fn residual(&self, r: &[SVector<T, D>], w: &[SVector<T, D>]) -> T {
-        let contacts = r.iter().zip(w).zip(&self.friction);
-        self.scaling.residual(contacts.map(|((r, w), &mu)| r - project(&(r - de_saxce(w, mu)), mu)))
+        let contacts = r.iter().zip(w).zip(&self.cones);
+        self.scaling.residual(contacts.map(|((r, w), &cone)| r - project(&(r - de_saxce(w, cone)), cone)))
     }
 
     /// The same with F = Φ(w) at hand.
     pub(in crate::solver) fn residual_of_force(&self, r: &[SVector<T, D>], force: &[SVector<T, D>]) -> T {
-        let contacts = r.iter().zip(force).zip(&self.friction);
-        self.scaling.residual(contacts.map(|((r, f), &mu)| r - project(&(r - f), mu)))
+        let contacts = r.iter().zip(force).zip(&self.cones);
+        self.scaling.residual(contacts.map(|((r, f), &cone)| r - project(&(r - f), cone)))
     }
 
     /// f and its derivatives at r with w + a (r − centre).
@@ -147,8 +148,8 @@ impl<T: Scalar, const D: usize> ScaledProblem<T, D> {
             r.iter()
                 .zip(w)
                 .zip(centre)
-                .zip(&self.friction)
-                .map(|(((r, w), centre), &mu)| formulation.linearise(r, &(w + (r - centre) * a), mu)),
+                .zip(&self.cones)
+                .map(|(((r, w), centre), &cone)| formulation.linearise(r, &(w + (r - centre) * a), cone)),
         );
     }
 
@@ -160,8 +161,8 @@ impl<T: Scalar, const D: usize> ScaledProblem<T, D> {
         (a, centre): (T, &[SVector<T, D>]),
     ) -> T {
         let mut sum = T::zero();
-        for (((r, w), centre), &mu) in r.iter().zip(w).zip(centre).zip(&self.friction) {
-            sum += formulation.value(r, &(w + (r - centre) * a), mu).norm_squared();
+        for (((r, w), centre), &cone) in r.iter().zip(w).zip(centre).zip(&self.cones) {
+            sum += formulation.value(r, &(w + (r - centre) * a), cone).norm_squared();
         }
         ComplexField::sqrt(sum)
     }
@@ -170,7 +171,7 @@ impl<T: Scalar, const D: usize> ScaledProblem<T, D> {
     ///
     /// # Errors
     /// The contact, or the block of velocities, at which the factorisation found no pivot.
-    pub(super) fn factor(&mut self, linear: &[Linear<T, D>], a: T) -> Result<(), usize> {
+    pub(super) fn factor(&mut self, linear: &[Linear<T, D>], a: T) -> Result<(), NoPivot> {
         match &mut self.system {
             System::Contact(system) => system.factor(linear, a),
             System::Body(system) => system.factor(linear, a),
@@ -189,7 +190,7 @@ impl<T: Scalar, const D: usize> ScaledProblem<T, D> {
     ///
     /// # Errors
     /// As [`factor`](Self::factor).
-    pub(in crate::solver) fn factor_regularised(&mut self, rho: T) -> Result<(), usize> {
+    pub(in crate::solver) fn factor_regularised(&mut self, rho: T) -> Result<(), NoPivot> {
         let linear = vec![Linear::sticking(SVector::zeros()); self.contacts()];
         self.factor(&linear, rho)
     }

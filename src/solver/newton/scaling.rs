@@ -2,7 +2,7 @@
 
 use nalgebra::{ComplexField, SVector};
 
-use crate::cone::{ConeProblem, largest_eigenvalue};
+use crate::cone::{BlockMatrix, ConeProblem, largest_eigenvalue};
 use crate::scalar::{Scalar, from_usize};
 
 /// W′ = S W S, b′ = S b/β with S_αα = s_α I, s_α = λ_max(sym W_αα)^(−1/2), β = ‖S b‖/√m, and r = β S r′.
@@ -78,15 +78,17 @@ impl<T: Scalar> Scaling<T> {
     /// The scaled problem with W formed, for methods that read the entries of W.
     pub(in crate::solver) fn scaled<const D: usize>(&self, problem: &ConeProblem<T, D>) -> ConeProblem<T, D> {
         let mut scaled = ConeProblem::default();
-        let (delassus, b, friction) = scaled.parts_mut();
+        let (delassus, b, cones) = scaled.parts_mut();
+        let mut own = BlockMatrix::new();
+        let w = problem.delassus().form_in(&mut own);
         for (i, &s) in self.scale.iter().enumerate() {
             delassus.start_row();
-            for (j, block) in problem.delassus().row(i) {
+            for (j, block) in w.row(i) {
                 delassus.push(j, block * (s * self.scale[j]));
             }
         }
         self.enter_velocities(problem.b(), b);
-        friction.extend_from_slice(problem.friction());
+        cones.extend_from_slice(problem.cones());
         scaled
     }
 }

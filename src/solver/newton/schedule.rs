@@ -2,6 +2,7 @@
 
 use nalgebra::{ComplexField, SVector};
 
+use crate::cone::{Cone, cones};
 use crate::scalar::{Scalar, epsilon, from_usize, lit};
 
 /// Failures in a row after which a start is given up.
@@ -118,7 +119,7 @@ impl Start {
     pub(super) fn place<T: Scalar, const D: usize>(
         &self,
         best: &[SVector<T, D>],
-        friction: &[T],
+        apertures: &[Cone<T>],
         r: &mut [SVector<T, D>],
     ) {
         let square = best.iter().fold(T::zero(), |sum, r| sum + r.norm_squared());
@@ -129,9 +130,11 @@ impl Start {
             n += 1.0;
             2.0 * (GOLDEN * n * n).fract()
         };
-        for (r, &mu) in r.iter_mut().zip(friction) {
+        for (r, &cone) in r.iter_mut().zip(apertures) {
             r[0] = size * lit::<T>(next());
-            (1..D).for_each(|d| r[d] = mu * r[0] * lit::<T>(2.0 * next() - 2.0));
+            (1..D).for_each(|d| {
+                r[d] = cones::coefficient::<T, D>(cone, d) * r[0] * lit::<T>(2.0 * next() - 2.0)
+            });
         }
     }
 }

@@ -211,7 +211,8 @@ fn direction<T: Scalar>(x: Vector2<T>, otherwise: impl FnOnce() -> Vector2<T>) -
     if length > T::zero() { x / length } else { otherwise() }
 }
 
-/// The columns of one body in H: u = frame·(v + ω × arm), for a contact at `arm` from its centre of mass.
+/// The columns of one body in H: u = frame·(v + ω × arm), for a contact at `arm` from its centre of mass; where D = 3 the
+/// third row is the rotation ω.
 #[inline]
 fn push_body<T: Scalar, const D: usize>(
     out: &mut BlockRows<T, D>,
@@ -220,15 +221,21 @@ fn push_body<T: Scalar, const D: usize>(
     normal: &Vector2<T>,
     arm: &Vector2<T>,
 ) {
-    const { assert!(D <= 2, "planar bodies have contacts of dimension 1 or 2") };
+    const { assert!(D <= 3, "planar bodies have contacts of dimension 1, 2, or 3 where they roll") };
     let tangent = Vector2::new(normal.y, -normal.x);
     let spin = Vector2::new(-arm.y, arm.x);
-    let column = |direction: &Vector2<T>| {
-        SVector::<T, D>::from_fn(|row, _| sign * if row == 0 { normal } else { &tangent }.dot(direction))
+    let column = |direction: &Vector2<T>, turns: T| {
+        SVector::<T, D>::from_fn(|row, _| {
+            sign * match row {
+                0 => normal.dot(direction),
+                1 => tangent.dot(direction),
+                _ => turns,
+            }
+        })
     };
-    out.push(3 * body, column(&Vector2::x()));
-    out.push(3 * body + 1, column(&Vector2::y()));
-    out.push(3 * body + 2, column(&spin));
+    out.push(3 * body, column(&Vector2::x(), T::zero()));
+    out.push(3 * body + 1, column(&Vector2::y(), T::zero()));
+    out.push(3 * body + 2, column(&spin, T::one()));
 }
 
 impl<T: Scalar> Dynamics<T> for RigidBodies<T> {

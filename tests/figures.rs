@@ -1,14 +1,22 @@
-use super::*;
+//! Figures of whatever is drawn: documents that hold together, of a sensible size, the same whenever drawn.
+
+use std::path::Path;
+
+use nonsmooth::plot::{Figure, Panel, PlotError, Series, Style};
 
 fn ramp(n: usize) -> Vec<f64> {
     (0..n).map(|i| i as f64 / n as f64).collect()
 }
 
-fn figure(series: Vec<Series>) -> Figure {
+fn panels(series: Vec<Series>) -> [Panel; 2] {
     let mut panel = Panel::new("title & <more>", "t (s)", "$u_N$ (m/s)").zero_line();
     panel.series = series;
     let log = panel.clone().log_log();
-    Figure::new(2, vec![panel, log])
+    [panel, log]
+}
+
+fn figure(series: Vec<Series>) -> Figure {
+    Figure::new(2, panels(series).into())
 }
 
 const STYLES: [Style; 5] = [Style::Line, Style::Markers, Style::LineAndMarkers, Style::Steps, Style::Stems];
@@ -31,7 +39,7 @@ fn check_image(figure: &Figure) {
 
 #[test]
 fn empty_figures_panels_and_series_are_drawn() {
-    check_image(&Figure::default());
+    check_image(&Figure::new(2, vec![]));
     check_image(&Figure::new(0, vec![Panel::default()]));
     check_image(&figure(vec![]));
     for style in STYLES {
@@ -53,14 +61,14 @@ fn no_value_is_too_odd() {
     for style in STYLES {
         for x in &odd {
             for y in &odd {
-                let mut figure = figure(vec![Series::new("odd", style, x.clone(), y.clone())]);
+                let mut panels = panels(vec![Series::new("odd", style, x.clone(), y.clone())]);
                 if x == y {
-                    check_image(&figure);
+                    check_image(&Figure::new(2, panels.clone().into()));
                 }
-                figure.panels[0].equal_aspect = true;
-                figure.panels[1].x_limits = Some((1e-3, 1e3));
-                figure.panels[1].y_limits = Some((5.0, 1.0));
-                check(&figure);
+                panels[0].equal_aspect = true;
+                panels[1].x_limits = Some((1e-3, 1e3));
+                panels[1].y_limits = Some((5.0, 1.0));
+                check(&Figure::new(2, panels.into()));
             }
         }
     }
@@ -73,13 +81,9 @@ fn legends_find_room() {
     let series = (0..4).map(|_| Series::new("a long label", Style::Line, ramp(90), zigzag(90)));
     let svg = check(&figure(series.collect()));
     assert!(!svg.contains("fill-opacity") && !svg.contains(" opacity"));
-    let mut crowded = figure(vec![]);
-    for i in 0..40 {
-        let label = "an absurdly long label ".repeat(9);
-        let series = Series::new(label, STYLES[i % 5], ramp(90), zigzag(90));
-        crowded.panels[0].series.push(series);
-    }
-    check_image(&crowded);
+    let label = "an absurdly long label ".repeat(9);
+    let many = (0..40).map(|i| Series::new(label.as_str(), STYLES[i % 5], ramp(90), zigzag(90)));
+    check_image(&figure(many.collect()));
 }
 
 #[test]
@@ -90,9 +94,7 @@ fn labels_are_escaped() {
 
 #[test]
 fn odd_settings_are_clamped_or_refused() {
-    let mut series = Series::new("s", Style::Line, ramp(9), ramp(9)).color(999);
-    series.width = f64::NAN;
-    let drawn = figure(vec![series]);
+    let drawn = figure(vec![Series::new("s", Style::Line, ramp(9), ramp(9)).color(999).width(f64::NAN)]);
     check(&drawn);
     for size in [0.0, 30.0, -1.0, f64::NAN, f64::INFINITY, 1e9] {
         let refused = drawn.clone().size(size, 140.0).svg();
@@ -139,4 +141,30 @@ fn files_are_replaced_and_errors_typed() {
     let refused = drawn.write_svg(&missing);
     assert!(matches!(refused, Err(PlotError::Write { path, .. }) if path == missing));
     assert!(drawn.write_svg(Path::new("/")).is_err());
+}
+
+#[test]
+fn small_values_share_a_power_of_ten() {
+    let x = vec![1.0, 2.0];
+    let panel = |label| {
+        Panel::new("", "t (s)", label).with(Series::new("", Style::Line, x.clone(), vec![-7e-4, 7e-4]))
+    };
+    let svg = check(&Figure::new(1, vec![panel("w (J)")]));
+    assert!(svg.contains(">w (×10⁻⁴ J)<") && svg.contains(">−5<") && svg.contains(">5<"));
+    assert!(check(&Figure::new(1, vec![panel("f")])).contains(">f (×10⁻⁴)<"));
+    let log = Panel::new("", "", "").with(Series::new("", Style::Line, vec![2e-16, 30.0], vec![2e-3, 30.0]));
+    let svg = check(&Figure::new(1, vec![log.log_log()]));
+    assert!([">10⁻²<", ">10⁻¹<", ">10⁰<", ">10¹<", ">10⁻¹²<"].iter().all(|decade| svg.contains(decade)));
+}
+
+#[test]
+fn spikes_of_a_single_sample_survive() {
+    let drawn = |spike: f64| {
+        let y = (0..1_000_000).map(|i| if i == 700_123 { spike } else { 0.0 });
+        let series = Series::new("", Style::Line, ramp(1_000_000), y.collect());
+        let mut panel = Panel::new("", "", "").with(series);
+        panel.y_limits = Some((-1.0, 6.0));
+        check(&Figure::new(1, vec![panel]))
+    };
+    assert_ne!(drawn(0.0), drawn(5.0));
 }
