@@ -24,7 +24,7 @@ pub enum RunFailure {
         /// What was recorded before.
         recording: Box<Recording>,
         /// Why.
-        source: SimulateError,
+        source: Box<SimulateError>,
     },
 }
 
@@ -56,7 +56,7 @@ impl Scene {
                 law: run.law.clone(),
                 solver: run.solver.clone(),
                 recording: Box::new(recording),
-                source,
+                source: Box::new(source),
             }),
         }
     }

@@ -28,13 +28,13 @@ impl<S> Sink for S where
 /// An arithmetic that runs with contacts of dimension `D` are compiled for.
 pub trait Compiled<const D: usize>: Scalar {
     /// The sink as an observer of such a run.
-    fn observer<'a>(sink: &'a mut dyn Sink) -> &'a mut dyn Observer<Self, D>;
+    fn observer(sink: &mut dyn Sink) -> &mut dyn Observer<Self, D>;
 }
 
 macro_rules! compiled {
     ($($scalar:ty, $dimension:literal);+) => {
         $(impl Compiled<$dimension> for $scalar {
-            fn observer<'a>(sink: &'a mut dyn Sink) -> &'a mut dyn Observer<Self, $dimension> {
+            fn observer(sink: &mut dyn Sink) -> &mut dyn Observer<Self, $dimension> {
                 sink
             }
         })+

@@ -52,11 +52,8 @@ impl SolverEntry {
     ) -> Result<Box<dyn ConeSolver<T, D>>, UnknownSolver> {
         stopping.check()?;
         let maker = self.makers.iter().find_map(|maker| maker.downcast_ref::<Maker<T, D>>());
-        let maker = maker.ok_or_else(|| UnknownSolver::Unsupported {
-            solver: self.description.name,
-            scalar: T::NAME,
-            dimension: D,
-        })?;
+        let solver = self.description.name;
+        let maker = maker.ok_or(UnknownSolver::Unsupported { solver, scalar: T::NAME, dimension: D })?;
         maker(stopping)
     }
 }

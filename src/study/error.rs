@@ -111,7 +111,7 @@ pub enum StudyError {
         /// The settings it was asked for.
         settings: String,
         /// Why.
-        source: ReferenceError,
+        source: Box<ReferenceError>,
     },
     /// Another program is at work in the folder of the results.
     #[error("{}: another study writes here", path.display())]

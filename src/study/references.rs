@@ -129,10 +129,10 @@ impl Target {
         count: usize,
         stop: &AtomicBool,
     ) -> Result<Option<Arc<dyn Reference>>, StudyError> {
-        let failed = |source| StudyError::Reference {
+        let failed = |source: ReferenceError| StudyError::Reference {
             reference: self.kind.clone(),
             settings: self.settings.clone(),
-            source,
+            source: Box::new(source),
         };
         if let Some((_, form)) = CLOSED_FORMS.iter().find(|(name, _)| *name == self.kind) {
             return form(&self.scene, &self.run, registry).map(Some).map_err(failed);
