@@ -373,6 +373,7 @@ impl<T: Scalar, const D: usize> PlanarScene<T, D> {
         }
         let laws: Vec<String> = scheme.laws().iter().map(|law| law.name().to_string()).collect();
         let info = RunInfo::new(&laws.join(", "), scheme.solver().name(), laws, scheme.settings());
+        let info = info.with_rows(scheme.rows());
         let mut recorder = Recorder::new(1);
         let steps = steps.max(1.0) as usize;
         Stepper::from(scheme).run(steps, &info, &mut [&mut recorder], &AtomicBool::new(false))?;

@@ -21,7 +21,10 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("event_driven", &["cone", "contact", "energy", "laws", "linalg", "solver", "system"]),
     ("file", &[]),
     ("plot", &["file"]),
-    ("observe", &["contact", "energy", "file", "linalg", "mesh", "plot", "scalar", "scheme", "system"]),
+    (
+        "observe",
+        &["contact", "energy", "file", "laws", "linalg", "mesh", "plot", "scalar", "scheme", "system"],
+    ),
     ("simulate", &["adaptive", "contact", "energy", "linalg", "mesh", "observe", "scalar", "scheme"]),
     ("planar", &["laws", "observe", "scalar", "scheme", "simulate", "solver", "system"]),
     ("fclib", &["cone", "file", "linalg", "scalar"]),

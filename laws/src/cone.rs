@@ -41,6 +41,15 @@ pub enum Rows {
 }
 
 impl Rows {
+    /// Names of the components of a contact of dimension `dimension`, in their order.
+    pub fn components(self, dimension: usize) -> &'static [&'static str] {
+        match (self, dimension) {
+            (Self::Rolling, 0..=3) => &["N", "T1", "R"][..dimension],
+            (_, 0..=3) => &["N", "T1", "T2"][..dimension],
+            _ => &["N", "T1", "T2", "R1", "R2", "S"],
+        }
+    }
+
     /// Those of a law with this coefficient of friction and no rolling resistance: without friction no tangents.
     pub fn rubbing<T: Scalar>(friction: T) -> Self {
         if friction > T::zero() { Self::Tangent } else { Self::Normal }

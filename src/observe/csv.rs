@@ -199,8 +199,6 @@ const ENERGY_COLUMNS: [&str; 22] = [
     "sum_position_work",
 ];
 
-const FRAME: [&str; 3] = ["N", "T1", "T2"];
-
 impl CsvFiles {
     /// Opens the tables in `folder`, which must exist. Nothing that is there is touched before
     /// [`commit`](Self::commit).
@@ -322,7 +320,9 @@ impl<T: Scalar, const D: usize> Observer<T, D> for CsvFiles {
         let v = (0..n).map(|i| format!("v.{}", frame.system.dof_label(i)));
         self.trajectory.begin(run, q.chain(v))?;
         self.energy.begin(run, ENERGY_COLUMNS.iter().map(|s| s.to_string()))?;
-        let local = |name: &str| FRAME[..D].iter().map(|axis| format!("{name}_{axis}")).collect::<Vec<_>>();
+        let local = |name: &str| {
+            run.rows.components(D).iter().map(|axis| format!("{name}_{axis}")).collect::<Vec<_>>()
+        };
         let vectors = ["u_before", "u_after", "p"].into_iter().flat_map(local);
         let contact = ["contact", "gap", "contact_law"].map(String::from).into_iter();
         let works = ["normal_work", "tangential_work"].map(String::from);

@@ -7,8 +7,6 @@ use crate::plot::{Dash, Figure, Panel, Series, Style};
 /// Width (px at 96 dpi) that fits a journal column of 8.5 cm, and the height of a panel.
 const COLUMN: (f64, f64) = (322.0, 140.0);
 
-const FRAME: [&str; 3] = ["N", "T1", "T2"];
-
 /// Displacements, velocities, local velocities, percussions, contact works and energies of a run.
 pub fn run_figure(series: &RunSeries, units: &Units) -> Figure {
     let t = &series.time;
@@ -20,7 +18,7 @@ pub fn run_figure(series: &RunSeries, units: &Units) -> Figure {
         panel
     };
     let axes = |symbol: &str, n: usize| {
-        let name = move |i: usize| if n == 2 && i == 1 { "T" } else { FRAME[i] };
+        let name = move |i: usize| if n == 2 && i == 1 { "T" } else { series.components(n)[i] };
         (0..n).map(|i| format!("${symbol}_{{{}}}$", name(i))).collect::<Vec<_>>()
     };
 
@@ -109,7 +107,7 @@ pub fn elastic_figure(series: &RunSeries, units: &Units) -> Figure {
     let mut percussions =
         over_time("percussions at one contact", &format!("p ({})", units.percussion)).zero_line();
     for (i, p) in series.p.iter().enumerate() {
-        let name = if series.p.len() == 2 && i == 1 { "T" } else { FRAME[i] };
+        let name = if series.p.len() == 2 && i == 1 { "T" } else { series.components(series.p.len())[i] };
         percussions = percussions.with(line(&format!("$p_{{{name}}}$"), p.clone()));
     }
     // Without friction there is no tangential work to show.

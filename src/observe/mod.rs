@@ -29,6 +29,7 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use crate::laws::Rows;
 use crate::scalar::{Scalar, to_f64};
 use crate::scheme::{Settings, State, Step};
 use crate::system::System;
@@ -48,10 +49,17 @@ pub struct RunInfo {
     pub step: f64,
     /// Arithmetic, `f64` or `f32`.
     pub scalar: &'static str,
+    /// The components of the contacts.
+    pub rows: Rows,
 }
 
 impl RunInfo {
-    /// The facts of a run over `settings`.
+    /// The same, of contacts with these components.
+    pub fn with_rows(self, rows: Rows) -> Self {
+        Self { rows, ..self }
+    }
+
+    /// The facts of a run over `settings`, of contacts that do not roll.
     pub fn new<T: Scalar>(law: &str, solver: &str, interfaces: Vec<String>, settings: &Settings<T>) -> Self {
         Self {
             law: law.into(),
@@ -60,6 +68,7 @@ impl RunInfo {
             theta: to_f64(settings.theta),
             step: to_f64(settings.step),
             scalar: T::NAME,
+            rows: Rows::default(),
         }
     }
 }

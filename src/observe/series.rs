@@ -4,6 +4,7 @@ use std::any::Any;
 
 use super::{Frame, ObserveError, Observer, RunInfo};
 use crate::contact::ContactId;
+use crate::laws::Rows;
 use crate::linalg::BlockRows;
 use crate::scalar::{Scalar, to_f64};
 
@@ -34,12 +35,23 @@ pub struct RunSeries {
     pub p: Vec<Vec<f64>>,
     /// Contact works of the step, [normal, tangential], summed over contacts (J); of merged samples the largest.
     pub work: [Vec<f64>; 2],
+    /// Whether moments are among the components of the contacts.
+    #[cfg_attr(feature = "outputs", serde(default))]
+    pub rolls: bool,
     /// Largest tangential work of one contact in the step (J); of merged samples the largest.
     pub largest_work: Vec<f64>,
     /// Energies [kinetic, elastic, potential] (J).
     pub energy: [Vec<f64>; 3],
     /// Works since the start (J): [external and prescribed, damping and numerical, contact].
     pub sums: [Vec<f64>; 3],
+}
+
+impl RunSeries {
+    /// Names of the components of a contact of dimension `dimension`.
+    pub fn components(&self, dimension: usize) -> &'static [&'static str] {
+        let rows = if self.rolls { Rows::Rolling } else { Rows::Tangent };
+        rows.components(dimension)
+    }
 }
 
 /// Records a [`RunSeries`].
@@ -197,6 +209,7 @@ impl<T: Scalar, const D: usize> Observer<T, D> for SeriesRecorder {
         self.series = RunSeries {
             law: run.law.clone(),
             solver: run.solver.clone(),
+            rolls: run.rows == Rows::Rolling,
             dofs: self.dofs.iter().map(name).collect(),
             contact: self.contact.map(|contact| frame.system.contact_label(contact)),
             q: columns(self.dofs.len()),

@@ -219,6 +219,15 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         &*self.solver
     }
 
+    /// The components of the contacts.
+    pub fn rows(&self) -> Rows {
+        match D {
+            1 => Rows::Normal,
+            _ if self.arms.rolls() => Rows::Rolling,
+            _ => Rows::Tangent,
+        }
+    }
+
     /// The settings.
     pub fn settings(&self) -> &Settings<T> {
         &self.settings

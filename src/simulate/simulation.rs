@@ -119,7 +119,7 @@ impl<T: Scalar, const D: usize> Simulated<T, D> {
     pub fn new(stepper: Stepper<T, D>, law: &str, solver: &str) -> Self {
         let scheme = stepper.scheme();
         let laws = scheme.laws().iter().map(|law| law.name().to_string()).collect();
-        let info = RunInfo::new(law, solver, laws, scheme.settings());
+        let info = RunInfo::new(law, solver, laws, scheme.settings()).with_rows(scheme.rows());
         Self { stepper, info }
     }
 
