@@ -3,7 +3,9 @@
 use std::ops::RangeInclusive;
 
 use nalgebra::SVector;
-use nonsmooth::laws::{Approach, ContactLaw, Description, FRICTION, LawFamily, Parameter, Response, Scalar, Rows};
+use nonsmooth::laws::{
+    Approach, ContactLaw, Description, FRICTION, LawFamily, Parameter, Response, Rows, Scalar,
+};
 
 /// Frémond's law with, in place of a constant e, the restitution
 ///
