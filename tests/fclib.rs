@@ -11,7 +11,7 @@ use nonsmooth::fclib::{
     self, Cone, Data, FclibError, Global, GlobalBilateral, Info, Local, LocalBilateral, Problem, Solution,
     SparseMatrix, WriteOptions,
 };
-use nonsmooth::solver::{self, ConeSolver, Stopping};
+use nonsmooth::solver::{self, Stopping};
 
 /// The files of a folder in order, none where it does not exist.
 fn files(folder: &Path) -> Vec<PathBuf> {

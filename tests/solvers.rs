@@ -6,8 +6,8 @@ use nalgebra::{DMatrix, RealField, SMatrix, SVector};
 use nonsmooth::cone::{BlockMatrix, ConeProblem, largest_eigenvalue, solve_one_contact};
 use nonsmooth::scalar::{Scalar, to_f64};
 use nonsmooth::solver::{
-    Accuracy, Admm, AdmmSettings, ConeSolver, Extragradient, ExtragradientSettings, Hybrid, HybridSettings,
-    Method, Nsgs, NsgsSettings, ProximalNewton, ProximalNewtonSettings, SOLVERS, SemismoothNewton,
+    Accuracy, Admm, AdmmSettings, Extragradient, ExtragradientSettings, Hybrid, HybridSettings, Method, Nsgs,
+    NsgsSettings, ProximalNewton, ProximalNewtonSettings, SOLVERS, SemismoothNewton,
     SemismoothNewtonSettings, SettingsError, Solution, SolveError, Stopping, StoppingError, build,
     default_tolerance,
 };

@@ -51,7 +51,8 @@ impl InterfaceSpec {
     }
 }
 
-/// Contact dimension the runs of a scene need: 1 where every law of every run is frictionless, else 2.
+/// Contact dimension the runs of a scene need: 1 where every law of every run is frictionless, 3 where one has rolling
+/// resistance, else 2.
 ///
 /// # Errors
 /// A law that cannot be made, a parameter that no law has.
@@ -60,11 +61,11 @@ pub fn contact_dimension(
     runs: &[PlannedRun],
     registry: &Registry,
 ) -> Result<usize, SceneError> {
-    let mut frictionless = true;
+    let mut rows = Rows::Normal;
     for interface in &scene.interfaces {
         for run in runs {
             let law: AnyLaw<f64, 2> = interface.law(run, registry)?;
-            frictionless &= law.rows() == Rows::Normal;
+            rows = rows.max(law.rows());
         }
         let names = runs.iter().map(|run| interface.law.as_deref().unwrap_or(&run.law));
         let known: Vec<&str> = names
@@ -79,13 +80,18 @@ pub fn contact_dimension(
     if let Some(solid) = &scene.solid
         && solid.mesh.mesh(&scene.folder)?.dimension() == 1
     {
-        if !frictionless {
+        if rows != Rows::Normal {
             let what = "the friction of a bar".into();
             return Err(SceneError::OutOfRange { what, value: f64::NAN, range: "0: a line has no tangent" });
         }
         return Ok(1);
     }
-    Ok(if frictionless { 1 } else { 2 })
+    match rows {
+        Rows::Normal => Ok(1),
+        Rows::Tangent => Ok(2),
+        _ if scene.solid.is_some() => Err(SceneError::RollingSolid),
+        _ => Ok(3),
+    }
 }
 
 /// A system with its laws, by interface, and its initial state (q, v).

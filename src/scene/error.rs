@@ -14,6 +14,9 @@ use crate::system::{ElasticError, PreloadError, SystemError};
 #[derive(Debug, Clone, thiserror::Error)]
 #[non_exhaustive]
 pub enum SceneError {
+    /// A law with rolling resistance on an elastic body, whose nodes do not turn.
+    #[error("the nodes of an elastic body do not turn: a law with rolling resistance has nothing to act on")]
+    RollingSolid,
     /// The file cannot be read.
     #[error("cannot read the scene {}: {source}", path.display())]
     Read {

@@ -16,13 +16,15 @@ pub trait InKind {
     fn with<T: Compiled<D>, const D: usize>(self) -> Self::Output;
 }
 
-/// Does something in the arithmetic of this name with contacts of this dimension: 1, or else 2.
+/// Does something in the arithmetic of this name with contacts of this dimension: 1, 2, or else 3.
 pub fn in_kind<W: InKind>(scalar: ScalarName, dimension: usize, what: W) -> W::Output {
     match (scalar, dimension) {
         (ScalarName::F64, 1) => what.with::<f64, 1>(),
-        (ScalarName::F64, _) => what.with::<f64, 2>(),
+        (ScalarName::F64, 2) => what.with::<f64, 2>(),
+        (ScalarName::F64, _) => what.with::<f64, 3>(),
         (ScalarName::F32, 1) => what.with::<f32, 1>(),
-        (ScalarName::F32, _) => what.with::<f32, 2>(),
+        (ScalarName::F32, 2) => what.with::<f32, 2>(),
+        (ScalarName::F32, _) => what.with::<f32, 3>(),
     }
 }
 

@@ -5,9 +5,25 @@ use crate::scalar::Scalar;
 
 /// An observer of runs in every arithmetic and contact dimension that runs are compiled for. What implements [`Observer`]
 /// for all `T` and `D` is one.
-pub trait Sink: Observer<f64, 1> + Observer<f64, 2> + Observer<f32, 1> + Observer<f32, 2> {}
+pub trait Sink:
+    Observer<f64, 1>
+    + Observer<f64, 2>
+    + Observer<f64, 3>
+    + Observer<f32, 1>
+    + Observer<f32, 2>
+    + Observer<f32, 3>
+{
+}
 
-impl<S> Sink for S where S: Observer<f64, 1> + Observer<f64, 2> + Observer<f32, 1> + Observer<f32, 2> {}
+impl<S> Sink for S where
+    S: Observer<f64, 1>
+        + Observer<f64, 2>
+        + Observer<f64, 3>
+        + Observer<f32, 1>
+        + Observer<f32, 2>
+        + Observer<f32, 3>
+{
+}
 
 /// An arithmetic that runs with contacts of dimension `D` are compiled for.
 pub trait Compiled<const D: usize>: Scalar {
@@ -25,4 +41,4 @@ macro_rules! compiled {
     };
 }
 
-compiled!(f64, 1; f64, 2; f32, 1; f32, 2);
+compiled!(f64, 1; f64, 2; f64, 3; f32, 1; f32, 2; f32, 3);

@@ -222,13 +222,13 @@ impl<T: Scalar, const D: usize> Contacts<T, D> for ElasticBody<T> {
     }
 
     fn jacobian(&self, contact: ContactId, _q: &[T], out: &mut BlockRows<T, D>) {
-        const { assert!(D <= 2, "planar bodies have contacts of dimension 1 or 2") };
         out.start_row();
         let contact = self.geometry.contacts[contact.number() as usize];
         let normal = self.geometry.obstacles[contact.obstacle].normal;
         let frame = [normal, Vector2::new(normal.y, -normal.x)];
         (0..self.geometry.mesh.dimension()).for_each(|axis| {
-            let column = SVector::<T, D>::from_fn(|row, _| frame[row][axis]);
+            let column =
+                SVector::<T, D>::from_fn(|row, _| frame.get(row).map_or_else(T::zero, |row| row[axis]));
             out.push(self.geometry.dof(contact.node, axis), column);
         });
     }
