@@ -81,5 +81,5 @@ fn the_program_runs_the_law_in_a_scene_and_in_a_study() {
     run(&["study", &study, "--out", &out("study"), "--no-figures", "--threads", "1"]);
     let rows = std::fs::read_to_string(folder.path().join("study/runs.csv")).expect("a table");
     let of_law = rows.lines().filter(|row| row.starts_with("speed-dependent")).collect::<Vec<_>>();
-    assert!(of_law.len() == 8 && of_law.iter().all(|row| row.contains(",ok,")), "{rows}");
+    assert!(of_law.len() == 8 && of_law.iter().all(|row| row.contains(",true,,")), "{rows}");
 }

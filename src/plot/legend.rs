@@ -79,9 +79,9 @@ fn row(font: u32) -> f64 {
 pub(super) fn width(label: &str, font: u32) -> f64 {
     let letter = |c: char| match c {
         '$' | '_' | '^' | '{' | '}' => 0.0,
-        ' ' | '.' | ',' | ':' | '(' | ')' | '/' | 'i' | 'j' | 'l' | 't' | 'r' | '-' => 0.38,
+        ' ' | '.' | ',' | ':' | '(' | ')' | '/' | 'i' | 'j' | 'l' | 't' | 'r' | '-' => 0.34,
         'm' | 'w' => 0.9,
-        _ => 0.61,
+        _ => 0.6,
     };
     f64::from(font) * label.chars().map(letter).sum::<f64>()
 }

@@ -33,7 +33,7 @@ const RULE: f64 = 0.7;
 /// The library's scale of margins and letters.
 const SCALE: f64 = 0.5;
 /// Above and below the axes, and on their right.
-const MARGINS: (f64, f64, f64) = (20.0, 32.0, 11.0);
+const MARGINS: (f64, f64, f64) = (20.0, 32.0, 13.0);
 
 /// Draws the panels of a figure.
 pub(super) fn draw(figure: &Figure) -> Scene {

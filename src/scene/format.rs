@@ -101,11 +101,11 @@ pub enum ScalarName {
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SolverSpec {
-    /// Tolerance on the scaled residual (dimensionless).
+    /// Tolerance on the scaled residual (dimensionless); 1e-10, or 64 ε of the arithmetic if that is more, where absent.
     pub tolerance: Option<f64>,
-    /// Budget of one solve, in the iterations of the solver.
+    /// Budget of one solve, in the iterations of the solver; each has its own where absent.
     pub max_iterations: Option<usize>,
-    /// Budget of one solve (s).
+    /// Budget of one solve (s); unlimited where absent.
     pub max_seconds: Option<f64>,
 }
 

@@ -3,7 +3,9 @@
 use super::{Planar, PlannedRun, ScalarName, Scene, SceneError, build, event_driven};
 use crate::event_driven::{EventError, Motion, Settings};
 use crate::registry::Registry;
+use crate::scalar::to_f64;
 use crate::simulate::{Compiled, Simulated, Simulation, Stepper};
+use crate::solver::default_tolerance;
 
 /// What is to be done in the arithmetic and the contact dimension of a run, see [`in_kind`].
 pub trait InKind {
@@ -56,6 +58,29 @@ impl InKind for Follow<'_> {
     fn with<T: Compiled<D>, const D: usize>(self) -> Self::Output {
         let Parts { scene, run, registry } = self.0;
         Ok(event_driven::<D>(scene, run, registry)?.integrate(self.1))
+    }
+}
+
+/// The name of an arithmetic, and the tolerance a solver has in it by default.
+struct Facts;
+
+impl InKind for Facts {
+    type Output = (&'static str, f64);
+
+    fn with<T: Compiled<D>, const D: usize>(self) -> Self::Output {
+        (T::NAME, to_f64(default_tolerance::<T>()))
+    }
+}
+
+impl ScalarName {
+    /// The name: `f64` or `f32`.
+    pub fn name(self) -> &'static str {
+        in_kind(self, 1, Facts).0
+    }
+
+    /// Tolerance of solvers on the scaled residual where a scene gives none (dimensionless).
+    pub fn default_tolerance(self) -> f64 {
+        in_kind(self, 1, Facts).1
     }
 }
 

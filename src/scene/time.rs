@@ -45,7 +45,7 @@ pub struct AdaptiveSpec {
     pub tolerance: f64,
     /// Length of the first step tried (s); a hundredth of the span where absent. Of error control alone.
     pub first_step: Option<f64>,
-    /// Smallest length of a step (s). Of error control alone.
+    /// Smallest length of a step (s); 64 ε of the span where absent. Of error control alone.
     pub min_step: Option<f64>,
     /// Largest length of a step (s); a tenth of the span where absent. Of error control alone.
     pub max_step: Option<f64>,

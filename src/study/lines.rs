@@ -149,7 +149,7 @@ impl SceneResults {
             lines.push(Line {
                 label: words(true),
                 scheme: words(false),
-                scalar: super::settings::scalar_name(row.settings.scalar).into(),
+                scalar: row.settings.scalar.name().into(),
                 adaptive: matches!(row.settings.stepping, Stepping::Adaptive(_)),
                 marked,
                 settings,

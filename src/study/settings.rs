@@ -3,9 +3,7 @@
 use toml::Value;
 
 use super::format::Axis;
-use crate::scalar::{Scalar, to_f64};
 use crate::scene::{PlannedRun, ScalarName, Scene};
-use crate::solver::default_tolerance;
 
 /// How long the steps are.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,27 +82,15 @@ pub(super) fn changes(key: &str, value: &Value) -> Vec<(String, Value)> {
     }
 }
 
-/// The name of a scalar type.
-pub(super) fn scalar_name(scalar: ScalarName) -> &'static str {
-    match scalar {
-        ScalarName::F64 => f64::NAME,
-        ScalarName::F32 => f32::NAME,
-    }
-}
-
 impl RunSettings {
     /// The settings of a run of a scene; `keys` are those of the study that are keys of the scene.
     pub(super) fn new(scene: &Scene, run: &PlannedRun, keys: Vec<(String, Value)>) -> Self {
-        let default = match scene.scalar {
-            ScalarName::F64 => default_tolerance::<f64>(),
-            ScalarName::F32 => to_f64(default_tolerance::<f32>()),
-        };
         Self {
             law: run.law.clone(),
             theta: scene.time.theta,
             stepping: Stepping::of(scene),
             solver: run.solver.clone(),
-            tolerance: scene.solver.tolerance.unwrap_or(default),
+            tolerance: scene.solver.tolerance.unwrap_or_else(|| scene.scalar.default_tolerance()),
             scalar: scene.scalar,
             keys,
         }
@@ -126,7 +112,7 @@ impl RunSettings {
             stepping("epsilon", "adaptive"),
             field("solver", self.solver.clone()),
             field("tolerance", number(self.tolerance)),
-            field("scalar", scalar_name(self.scalar).into()),
+            field("scalar", self.scalar.name().into()),
         ];
         let key = |name: &String| {
             let value = self.keys.iter().find(|(key, _)| key == name).map(|(_, value)| text(value));

@@ -142,11 +142,11 @@ impl Page {
             "bool" => "`true` or `false`".into(),
             "String" | "PathBuf" => "text".into(),
             "StepField" => "number, or `\"adaptive\"`".into(),
-            "[f64; 2]" => "`[x, y]`".into(),
-            "[f64; 3]" => "`[x, y, angle]`".into(),
+            "[f64; 2]" => "two numbers".into(),
+            "[f64; 3]" => "three numbers".into(),
             "[String; 2]" => "two texts".into(),
             "Vec<String>" => "list of texts".into(),
-            "Vec<[f64; 2]>" => "list of `[x, y]`".into(),
+            "Vec<[f64; 2]>" => "list of pairs of numbers".into(),
             "BTreeMap<String, f64>" => "table of numbers".into(),
             "BTreeMap<String, String>" => "table of texts".into(),
             "Signal<f64>" => "[signal](#signals)".into(),
@@ -216,9 +216,11 @@ impl Page {
     }
 
     fn meaning(&self, field: &Field, core: &str) -> String {
-        let mut meaning = links_out(&field.doc);
-        let known =
-            core.starts_with(|c: char| c.is_uppercase()) && !core.contains('<') && !core.ends_with("Spec");
+        let mut meaning = links_out(&without_unit(&field.doc));
+        let known = core.starts_with(|c: char| c.is_uppercase())
+            && !core.contains('<')
+            && !core.ends_with("Spec")
+            && core != "StepField";
         let item = if known { self.item(core) } else { None };
         if let Some(item) = item.filter(|item| !item.variants.is_empty()) {
             for (name, variant) in self.names(&item).iter().zip(&item.variants) {
@@ -280,6 +282,11 @@ impl Page {
             let _ = writeln!(self.out, "| `{}`{mark} | {} | {} |", solver.name, solver.title, solver.when);
         }
     }
+}
+
+/// The text without units in parentheses, which have a column of their own.
+fn without_unit(doc: &str) -> String {
+    UNITS.iter().fold(doc.to_string(), |doc, unit| doc.replace(&format!(" ({unit})"), ""))
 }
 
 /// Links to items of the code as plain words, and what would end a cell of a table escaped.

@@ -44,6 +44,8 @@ pub(crate) fn text(files: &[&str]) -> String {
 struct Head {
     doc: Vec<String>,
     attributes: String,
+    /// Whether an attribute goes on in the next line.
+    is_open: bool,
 }
 
 impl Head {
@@ -51,8 +53,9 @@ impl Head {
     fn takes(&mut self, line: &str) -> bool {
         if let Some(doc) = line.strip_prefix("///") {
             self.doc.push(doc.trim().into());
-        } else if line.starts_with("#[") {
+        } else if self.is_open || line.starts_with("#[") {
             self.attributes.push_str(line);
+            self.is_open = !line.ends_with(']');
         } else {
             return false;
         }
