@@ -188,6 +188,7 @@ fn a_scene_with_rolling_resistance_has_contacts_that_roll() {
 
     let scene = Scene::parse(
         r#"
+        title = "A disc that resists rolling"
         laws = ["fremond-rolling"]
         solvers = ["hybrid", "nsgs"]
         gravity = [0.0, -9.81]
@@ -206,6 +207,7 @@ fn a_scene_with_rolling_resistance_has_contacts_that_roll() {
         spin = -2.5
 
         [[bodies.discs]]
+        name = "rim"
         radius = 0.2
 
         [[half_planes]]
