@@ -288,7 +288,7 @@ fn a_bead_stays_on_its_ring() {
     let gone = 10.0 - f64::atan2(0.8, 0.6);
     let turns = (gone / std::f64::consts::PI).floor();
     let rest = gone - turns * std::f64::consts::PI;
-    let expected = if turns as usize % 2 == 0 { rest } else { std::f64::consts::PI - rest };
+    let expected = if (turns as usize).is_multiple_of(2) { rest } else { std::f64::consts::PI - rest };
     assert!((angle - expected).abs() <= 1e-5, "{angle} for {expected}");
 }
 
