@@ -72,7 +72,7 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
         let delassus = match form {
             Form::Formed => Delassus::Formed(delassus.form()),
             Form::Factored => Delassus::Factored(Box::new(delassus)),
-            Form::Auto => Delassus::of_fewer_unknowns(delassus),
+            Form::Auto => Delassus::where_it_pays(delassus),
         };
         let problem = Self { delassus, b, cones: into_cones(cones), ..Self::default() };
         problem.check()?;
