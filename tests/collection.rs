@@ -7,6 +7,7 @@ use nonsmooth::collection::{
     Benchmark, BenchmarkOptions, CollectionError, SolveOptions, Statuses, problem_files, solve_file,
     solve_files,
 };
+use nonsmooth::cone::Form;
 use nonsmooth::fclib::{self, Data, Info, Local, Problem, SparseMatrix, WriteOptions};
 use nonsmooth::registry::Registry;
 
@@ -106,7 +107,7 @@ fn a_written_solution_satisfies_the_problem_of_its_file() {
             assert_eq!(&stored.solution(solution.percussions.clone()).expect("our problem"), solution);
             assert_eq!(solution.body_velocities.is_some(), name.ends_with("global"));
             // The residual of what is stored is the residual that was told.
-            let residual = match stored.cone().expect("our problem") {
+            let residual = match stored.cone_in(Form::Auto).expect("our problem") {
                 fclib::Cone::Planar(cone) => residual(&cone, &solution.percussions),
                 fclib::Cone::Spatial(cone) => residual(&cone, &solution.percussions),
             };

@@ -12,8 +12,8 @@ const SAMPLE: usize = 3000;
 fn sample<const D: usize>() {
     for law in LAWS {
         let tally = impacts::<D>(law.name, SAMPLE, &mut Stream(7 + D as u64));
-        let claims =
-            nonsmooth::laws::build::<f64, D>(law.name, &[0.5, 0.5]).expect("a law").dissipative_theta();
+        let half = vec![0.5; law.parameters.len()];
+        let claims = nonsmooth::laws::build::<f64, D>(law.name, &half).expect("a law").dissipative_theta();
         assert!(tally.imbalance < 1e-12, "{}, D = {D}: {tally:?}", law.name);
         // An honest refusal of the solver says nothing of the law, but must be rare.
         assert!(tally.unsolved * 50 <= tally.systems, "{}, D = {D}: {tally:?}", law.name);

@@ -70,7 +70,10 @@ fn impact<const D: usize>(name: &str, stream: &mut Stream, tally: &mut Tally) {
     let mass = &root * root.transpose() + DMatrix::identity(n, n) * floor;
     let mut law = || -> Law<D> {
         let e = [0.0, 1.0, stream.uniform(0.0, 1.0)][stream.below(3)];
-        laws::build(name, &[e, stream.uniform(0.0, 2.0)]).expect("a registered law")
+        let mut values = vec![e, stream.uniform(0.0, 2.0)];
+        let description = laws::describe(name).expect("a registered law");
+        values.resize_with(description.parameters.len(), || stream.uniform(0.0, 1.0));
+        laws::build(name, &values).expect("a registered law")
     };
     // Different laws for the contacts where their intervals meet, else the same for all.
     let different: Vec<Law<D>> = (0..count).map(|_| law()).collect();

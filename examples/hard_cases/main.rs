@@ -14,7 +14,6 @@ mod table;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use cases::{Choice, Outcome};
-use nonsmooth::laws::LAWS;
 use nonsmooth::solver::SOLVERS;
 use table::Row;
 
@@ -23,7 +22,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut rows = Vec::new();
     for (index, case) in cases::all().into_iter().enumerate().filter(|_| words != ["figures"]) {
         for &(scalar, run) in case.runs {
-            for law in LAWS {
+            for law in cases::laws() {
                 for solver in SOLVERS {
                     let line = format!("{} {scalar} {} {}", case.name, law.name, solver.name);
                     if !words

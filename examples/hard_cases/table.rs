@@ -5,7 +5,6 @@ use std::path::Path;
 
 use crate::cases::support::Check;
 use crate::cases::{self, Case, Outcome};
-use nonsmooth::laws::LAWS;
 use nonsmooth::solver::{DEFAULT, SOLVERS};
 
 /// A case under one law, solver and scalar.
@@ -208,7 +207,7 @@ fn section(out: &mut String, index: usize, case: &Case, of: &[&Row]) {
         out.push('\n');
     }
     let columns: Vec<(&str, &str)> =
-        case.runs.iter().flat_map(|&(scalar, _)| LAWS.iter().map(move |law| (scalar, law.name))).collect();
+        case.runs.iter().flat_map(|&(scalar, _)| cases::laws().map(move |law| (scalar, law.name))).collect();
     let heads: Vec<_> = columns.iter().map(|(scalar, law)| format!("{law} {scalar}")).collect();
     let _ = writeln!(out, "| solver | {} |\n|---{}|", heads.join(" | "), "|---".repeat(columns.len()));
     for solver in SOLVERS {
@@ -230,7 +229,7 @@ fn section(out: &mut String, index: usize, case: &Case, of: &[&Row]) {
             let _ = writeln!(out, "\n`{}` fails. {}.", solver.name, failing.join("; "));
         }
     }
-    for law in LAWS {
+    for law in cases::laws() {
         if let Some(Ok(outcome)) = default_run(of, law.name).map(|row| &row.outcome)
             && !outcome.notes.is_empty()
         {

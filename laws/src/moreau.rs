@@ -4,7 +4,9 @@ use std::ops::RangeInclusive;
 
 use nalgebra::SVector;
 
-use crate::{Approach, ContactLaw, Description, FRICTION, LawError, LawFamily, Parameter, Response, Rows, Scalar};
+use crate::{
+    Approach, ContactLaw, Description, FRICTION, LawError, LawFamily, Parameter, Response, Rows, Scalar,
+};
 
 const DISSIPATION_INDEX: Parameter =
     Parameter {

@@ -154,9 +154,8 @@ impl<T: Scalar> Lasting<T> {
             return None;
         }
         let theta_rest = settings.theta_rest;
-        let claims = |law: &Box<dyn ContactLaw<T, D>>| {
-            law.lasting_theta().is_some_and(|claim| claim.contains(&theta_rest))
-        };
+        let claims =
+            |law: &dyn ContactLaw<T, D>| law.lasting_theta().is_some_and(|claim| claim.contains(&theta_rest));
         let n = system.dofs();
         let mut joints = BlockRows::<T, 1>::new();
         joints_of(system).jacobian(q, &vec![T::zero(); n], &mut joints);
@@ -176,7 +175,7 @@ impl<T: Scalar> Lasting<T> {
             unit,
             mobility,
             theta_rest,
-            proved: laws.iter().map(claims).collect(),
+            proved: laws.iter().map(|law| claims(&**law)).collect(),
             separable: matches!(system.mass(), Symmetric::Diagonal(_)),
             pull: Vec::new(),
             joined,
@@ -365,7 +364,7 @@ impl<T: Scalar> Lasting<T> {
         }
         (self.reach, self.left) = (lit(mark.reach), lit(mark.left));
         self.pull = mark.pull.iter().map(|&x| lit(x)).collect();
-        let last = |&(id, account, slow)| Last { id: id, account: lit(account), slow };
+        let last = |&(id, account, slow)| Last { id, account: lit(account), slow };
         self.before = mark.before.iter().map(last).collect();
         self.before.sort_unstable_by_key(|last| last.id);
         Some(())

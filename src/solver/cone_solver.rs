@@ -20,7 +20,7 @@ pub struct Solution<T> {
     pub residual: Residual<T>,
     /// Whether that is the tolerance asked for, or all that percussions of this precision can reach.
     pub accuracy: Accuracy<T>,
-    /// The solver that found it after the chosen one had failed ([`rescue`]); `None` in the ordinary case.
+    /// The solver that found it after the chosen one had failed ([`rescue`](super::rescue())); `None` in the ordinary case.
     pub rescued_by: Option<&'static str>,
 }
 

@@ -83,6 +83,8 @@ fn common_claim<const D: usize>(laws: &[Box<dyn ContactLaw<f64, D>>]) -> Option<
     (common.start() <= common.end()).then_some(common)
 }
 
+type Laws<const D: usize> = Vec<Box<dyn ContactLaw<f64, D>>>;
+
 /// Instances for `contacts` contacts and a θ all of them claim: different ones where their intervals meet, else
 /// the first everywhere.
 fn instances<const D: usize>(
@@ -90,7 +92,7 @@ fn instances<const D: usize>(
     unit: &[Vec<f64>],
     contacts: usize,
     share: f64,
-) -> Option<(Vec<Box<dyn ContactLaw<f64, D>>>, f64)> {
+) -> Option<(Laws<D>, f64)> {
     let different: Vec<Box<dyn ContactLaw<f64, D>>> =
         unit.iter().cycle().take(contacts).map(|unit| draw(unit)).collect();
     let same = || (0..contacts).map(|_| draw(&unit[0])).collect::<Vec<Box<dyn ContactLaw<f64, D>>>>();

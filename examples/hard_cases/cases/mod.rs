@@ -31,3 +31,11 @@ pub(crate) fn all() -> Vec<&'static Case> {
     ];
     groups.into_iter().flatten().collect()
 }
+
+/// The laws of restitution and friction: the cases have no other parameter, and a law with rolling resistance is
+/// Frémond's where there is none.
+pub(crate) fn laws() -> impl Iterator<Item = &'static nonsmooth::laws::Description> + Clone {
+    nonsmooth::laws::LAWS
+        .iter()
+        .filter(|law| law.parameters.iter().all(|parameter| parameter.name != "rolling"))
+}

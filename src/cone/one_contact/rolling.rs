@@ -2,7 +2,8 @@
 //!
 //! In the plane every block is a number, so that a contact which carries a percussion is in one of nine modes: each block
 //! sticks, w_B = 0, or sits at one of its ends, r_B = ± c_B r_N with w_B of the other sign; each mode is a linear system. In
-//! space the blocks are discs, and Newton's method on Alart and Curnier's map finds the mode.
+//! space the blocks are discs, and Newton's method on Alart and Curnier's map finds the mode; where it fails, bisection on the
+//! term of Φ leads near the solution.
 
 use nalgebra::{ComplexField, SMatrix, SVector};
 
@@ -18,6 +19,13 @@ const HALVINGS: usize = 8;
 /// Projected steps that look for another start where Newton's method fails, and how often.
 const PROJECTED: usize = 60;
 const RESTARTS: usize = 4;
+
+/// A residual that Newton's method leaves where it has failed, in ε, and halvings of the interval of Φ's term then.
+const FAILED: f64 = 1e4;
+const BISECTIONS: usize = 60;
+
+/// Steps on the convex problem of one term.
+const CONVEX: usize = 300;
 
 /// W of a contact in units in which its largest eigenvalue is 1.
 #[derive(Debug, Clone)]
@@ -113,7 +121,69 @@ impl<T: Scalar, const D: usize> Rolling<T, D> {
                 (best, least) = (found, residual);
             }
         }
+        if least > lit::<T>(FAILED) * epsilon::<T>() {
+            let found = self.bisect(b, enough);
+            if self.residual(&found, b) < least {
+                best = found;
+            }
+        }
         best
+    }
+
+    /// The solution as a fixed point of one number, s = Σ c_B ‖w_B‖: with s given, r is the minimum of
+    /// ½ r·W r + (b + s e_N)·r over K, a convex problem. At s = 0 the term is not less than s, and from
+    /// s = Σ c_B ‖b_B‖ − b_N on r = 0 and it is less: between them it is met. Newton's method takes over from near by.
+    fn bisect(&self, b: &SVector<T, D>, enough: T) -> SVector<T, D> {
+        let half = lit::<T>(0.5);
+        let term = |w: &SVector<T, D>| blocks::de_saxce(w, self.coefficients)[0] - w[0];
+        let (mut low, mut high) = (T::zero(), term(b) - b[0]);
+        let mut r = SVector::zeros();
+        let (mut best, mut least) = (r, self.residual(&r, b));
+        for _ in 0..BISECTIONS {
+            let middle = (low + high) * half;
+            let mut raised = *b;
+            raised[0] += middle;
+            r = self.minimise(r, &raised);
+            if term(&(self.w * r + b)) > middle {
+                low = middle;
+            } else {
+                high = middle;
+            }
+            for candidate in [r, blocks::project(&self.descend(r, b), self.coefficients)] {
+                let residual = self.residual(&candidate, b);
+                if residual < least {
+                    (best, least) = (candidate, residual);
+                }
+            }
+            if least <= enough {
+                break;
+            }
+        }
+        best
+    }
+
+    /// The minimum of ½ r·W r + b·r over K, by accelerated projected gradients that start anew where they turn back.
+    fn minimise(&self, start: SVector<T, D>, b: &SVector<T, D>) -> SVector<T, D> {
+        let (mut r, mut ahead, mut momentum) = (start, start, T::one());
+        for _ in 0..CONVEX {
+            let gradient = self.w * ahead + b;
+            let next = blocks::project(&(ahead - gradient), self.coefficients);
+            let change = next - r;
+            if (ahead - next).dot(&change) > T::zero() {
+                (ahead, momentum) = (r, T::one());
+                continue;
+            }
+            let four = lit::<T>(4.0);
+            let grown =
+                (T::one() + ComplexField::sqrt(T::one() + four * momentum * momentum)) * lit::<T>(0.5);
+            ahead = next + change * ((momentum - T::one()) / grown);
+            let moved = change.norm();
+            (r, momentum) = (next, grown);
+            if moved <= epsilon::<T>() {
+                break;
+            }
+        }
+        r
     }
 
     fn descend(&self, mut r: SVector<T, D>, b: &SVector<T, D>) -> SVector<T, D> {
