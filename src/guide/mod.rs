@@ -10,6 +10,7 @@
 //! | [`references_and_studies`] | errors against a reference, and what they cost |
 //! | [`cone_problems`] | from a problem file to a performance profile |
 //! | [`add_a_law`] | a law of one's own, with its dissipation tested |
+//! | [`add_a_cone`] | a cone of one's own, rolling resistance being one |
 //! | [`add_a_solver`] | a cone solver of one's own |
 //! | [`add_a_system`] | a mechanical system of one's own, and assemblies |
 //! | [`house`] | where things are, and how data flows |
@@ -30,6 +31,8 @@ pub mod references_and_studies {}
 pub mod cone_problems {}
 #[doc = include_str!("add_a_law.md")]
 pub mod add_a_law {}
+#[doc = include_str!("add_a_cone.md")]
+pub mod add_a_cone {}
 #[doc = include_str!("add_a_solver.md")]
 pub mod add_a_solver {}
 #[doc = include_str!("add_a_system.md")]

@@ -214,11 +214,13 @@ mod tests {
     use proptest::prelude::*;
 
     /// The derivative against central differences, where the two sides of the point agree (away from the kinks).
-    fn check<const D: usize>(formulation: Formulation, entries: &[f64], friction: f64) {
+    fn check<const D: usize>(formulation: Formulation, entries: &[f64], cone: impl Into<Cone<f64>>) {
+        let cone = cone.into();
+        let friction = cone.coefficients().iter().sum::<f64>();
         let r = SVector::<f64, D>::from_column_slice(&entries[..D]);
         let w = SVector::<f64, D>::from_column_slice(&entries[D..2 * D]);
-        let linear = formulation.linearise(&r, &w, friction);
-        assert_eq!(linear.f, formulation.value(&r, &w, friction));
+        let linear = formulation.linearise(&r, &w, cone);
+        assert_eq!(linear.f, formulation.value(&r, &w, cone));
         let step = 1e-6;
         for d in 0..D {
             let e = SVector::<f64, D>::from_fn(|i, _| if i == d { step } else { 0.0 });
@@ -226,7 +228,7 @@ mod tests {
                 (linear.a.column(d), [(r + e, w), (r - e, w)]),
                 (linear.c.column(d), [(r, w + e), (r, w - e)]),
             ] {
-                let [up, down] = at.map(|(r, w)| formulation.linearise(&r, &w, friction));
+                let [up, down] = at.map(|(r, w)| formulation.linearise(&r, &w, cone));
                 // A kink between the two sides changes the derivative by more than the curvature, 1/‖w_T‖ or
                 // 1/‖z_T‖ ≤ 1e2 here, can over the step.
                 if (up.c - down.c).norm() > 1e3 * step * (1.0 + friction) {
@@ -252,6 +254,21 @@ mod tests {
                 check::<1>(formulation, &entries, friction);
                 check::<2>(formulation, &entries, friction);
                 check::<3>(formulation, &entries, friction);
+            }
+        }
+
+        /// The same with moments among the components.
+        #[test]
+        fn derivatives_of_rolling_contacts_are_those_of_the_value(
+            entries in proptest::collection::vec(-2.0..2.0f64, 12),
+            friction in prop_oneof![Just(0.0), 0.05..3.0f64],
+            rolling in prop_oneof![Just(0.0), 0.05..3.0f64],
+            spinning in prop_oneof![Just(0.0), 0.05..3.0f64],
+        ) {
+            for formulation in [Formulation::AlartCurnier, Formulation::NaturalMap] {
+                let cone = Cone::Rolling { friction, rolling, spinning };
+                check::<3>(formulation, &entries, cone);
+                check::<6>(formulation, &entries, cone);
             }
         }
 
