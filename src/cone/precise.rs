@@ -137,6 +137,7 @@ impl<T: Scalar, const D: usize> ConeProblem<T, D> {
     }
 
     /// Whether rounding explains what `r` leaves, the scaled residual `residual` as evaluated in working precision.
+    #[cfg(feature = "clarabel")]
     pub(crate) fn solved_to_rounding(
         &self,
         r: &[SVector<T, D>],
