@@ -53,7 +53,7 @@ setters!(SemismoothNewtonSettings<T>:
 /// starts, until the budget of Newton steps ends.
 ///
 /// Choose it for accuracy on up to a few thousand contacts; the cost is one factorisation per step, and the default budget
-/// 4,000 steps.
+/// 6,000 steps.
 #[derive(Debug, Clone)]
 pub struct SemismoothNewton<T: Scalar, const D: usize> {
     plan: Plan<T>,
@@ -73,8 +73,7 @@ impl<T: Scalar, const D: usize> Method<T, D> for SemismoothNewton<T, D> {
     fn new(settings: SemismoothNewtonSettings<T>) -> Result<Self, SettingsError> {
         let SemismoothNewtonSettings { formulation, direct_steps, proximal_weight, fallback } = settings;
         Interval::LeftOpen(0.0, 10.0).check("proximal_weight", proximal_weight)?;
-        let plan =
-            Plan { formulation, direct_steps, fallback, proximal: Some(proximal_weight), budget: 4_000 };
+        let plan = Plan { formulation, direct_steps, fallback, proximal: Some(proximal_weight) };
         Ok(Self { plan, core: ProximalPoint::new() })
     }
 

@@ -12,6 +12,8 @@ use crate::scalar::{Scalar, epsilon, lit};
 use crate::solver::control::Control;
 use crate::solver::error::{Breakdown, BreakdownCause};
 
+/// Newton steps where the caller's stopping rule does not say: the hard problems are combinatorial.
+const BUDGET: usize = 6_000;
 /// Starts after which the method gives up.
 const MAX_STARTS: usize = 1_000;
 /// Reduction of ‖f‖ at which a proximal subproblem is solved, and most of its Newton steps.
@@ -28,22 +30,19 @@ const COLD: (f64, f64, usize) = (1e-4, 1e-2, 5_000);
 pub(in crate::solver) struct Plan<T> {
     /// The equation of the first subproblem; the other one takes its turn after a failure.
     pub(in crate::solver) formulation: Formulation,
-    /// Newton steps on the problem itself, a = 0, that precede the proximal point method at every start.
+    /// Newton steps on the problem itself, a = 0, that precede the proximal point method.
     pub(in crate::solver) direct_steps: usize,
     /// Whether the proximal point method follows where they fail.
     pub(in crate::solver) fallback: bool,
     /// First proximal parameter; `None` takes 1e-4, or 1e-2 above 5,000 contacts.
     pub(in crate::solver) proximal: Option<T>,
-    /// Newton steps where the caller's stopping rule does not say.
-    pub(in crate::solver) budget: usize,
 }
 
 impl<T> Default for Plan<T> {
     /// The proximal point method alone.
     fn default() -> Self {
         let formulation = Formulation::AlartCurnier;
-        // The hard problems are combinatorial.
-        Self { formulation, direct_steps: 0, fallback: true, proximal: None, budget: 6_000 }
+        Self { formulation, direct_steps: 0, fallback: true, proximal: None }
     }
 }
 
@@ -89,7 +88,7 @@ impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
         let mut start = Start::first(problem.contacts());
         let mut formulation = plan.formulation;
         let mut direct = plan.direct_steps > 0;
-        let budget = control.max_iterations(plan.budget);
+        let budget = control.max_iterations(BUDGET);
         let mut steps = 0;
         let mut smallest = inner.residual(scaled);
         best.clear();
@@ -152,9 +151,7 @@ impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
                 }
                 _ if direct => {
                     direct = false;
-                    if start.number == 0 {
-                        inner.move_to(scaled, best);
-                    }
+                    inner.move_to(scaled, best);
                 }
                 // f = 0 to the last digit, short of the target: nothing is left to improve from here.
                 InnerEnd::Solved if taken == 0 => schedule.exhaust(),
@@ -182,7 +179,6 @@ impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
                 start = start.next(steps, problem.contacts());
                 start.place(best, scaled.cones(), &mut inner.r);
                 inner.update(scaled);
-                direct = plan.direct_steps > 0;
                 schedule = Schedule::new(lit(if start.number.is_multiple_of(2) { 1e-4 } else { 1e-8 }));
             }
         }
