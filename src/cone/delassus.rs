@@ -41,8 +41,8 @@ pub enum Form {
 /// | `proximal-newton` | 11 | 3.1 | 1.15 | 0.91 | 0.63 | 0.65 | 0.57 |
 /// | `hybrid` | 12 | 3.5 | 1.19 | 0.90 | 0.78 | 0.82 | 0.73 |
 ///
-/// so that it pays below n = 0.7 D m. Sweeps alone (`nsgs`) run over rows of a formed W a quarter faster, whatever the
-/// ratio: the step of a scheme, whose warm solves mostly end in sweeps, and which splits W into islands, always forms it.
+/// so that it pays below n = 0.7 D m. Sweeps alone (`nsgs`) run over rows of a formed W a quarter faster where they end:
+/// the step of a scheme, whose warm solves mostly end in sweeps, and which splits W into islands, always forms it.
 pub fn factored_pays(velocities: usize, percussions: usize) -> bool {
     10 * velocities < 7 * percussions
 }
