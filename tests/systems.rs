@@ -10,6 +10,7 @@ use nonsmooth::adaptive::{Adaptive, AdaptiveSettings};
 use nonsmooth::contact::{Candidate, ContactId};
 use nonsmooth::laws::{ContactLaw, NewtonCoulomb};
 use nonsmooth::linalg::{BlockRows, Symmetric};
+use nonsmooth::observe::{CsvFiles, Frame, Observer, Rates, RunInfo};
 use nonsmooth::scheme::{Settings, SetupError, ThetaScheme};
 use nonsmooth::solver::{self, Stopping};
 use nonsmooth::suite::{Suite, check_system};
@@ -290,6 +291,37 @@ fn a_bead_stays_on_its_ring() {
     let rest = gone - turns * std::f64::consts::PI;
     let expected = if (turns as usize).is_multiple_of(2) { rest } else { std::f64::consts::PI - rest };
     assert!((angle - expected).abs() <= 1e-5, "{angle} for {expected}");
+}
+
+/// A checkpoint and the tables hold q and v as they are, each of its own length.
+#[test]
+fn outputs_and_checkpoints_tell_coordinates_from_velocities() {
+    let start = (&[0.6, 0.8][..], &[-2.0][..]);
+    let ring = || scheme(Box::new(Ring::new(1.5, 1.0)), 0.5, start, 1e-3);
+    let mut through = ring();
+    (0..700).for_each(|_| drop(through.step().expect("a bead").clone()));
+    let mut resumed = ring();
+    resumed.restore(&through.snapshot()).expect("a snapshot of this scheme");
+    assert_eq!(through.state(), resumed.state());
+    for _ in 0..2000 {
+        through.step().expect("a bead");
+        resumed.step().expect("a bead");
+        assert_eq!(through.state(), resumed.state());
+    }
+
+    let folder = tempfile::tempdir().expect("a folder");
+    let rates = Rates { trajectory: 1, contacts: 1, energy: 1 };
+    let mut tables = CsvFiles::create(folder.path(), rates).expect("tables");
+    let law = through.laws()[0].name().to_string();
+    let run = RunInfo::new("newton", "hybrid", vec![law], through.settings());
+    let frame = Frame { system: through.system(), state: through.state(), step: through.last_step() };
+    tables.begin(&run, frame).expect("a header and a row");
+    tables.commit().expect("written");
+    let text = std::fs::read_to_string(folder.path().join("trajectory.csv")).expect("a table");
+    let mut lines = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let (header, row) = (lines.next().expect("a header"), lines.next().expect("a row"));
+    assert!(header.ends_with(&["x", "y", "v.rate"]), "{header:?}");
+    assert_eq!(header.len(), row.len());
 }
 
 #[test]

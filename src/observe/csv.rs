@@ -315,9 +315,8 @@ fn terms<T: Scalar>(balance: &Balance<T>) -> [T; WORKS] {
 
 impl<T: Scalar, const D: usize> Observer<T, D> for CsvFiles {
     fn begin(&mut self, run: &RunInfo, frame: Frame<'_, T, D>) -> Result<(), ObserveError> {
-        let n = frame.system.dofs();
-        let q = (0..n).map(|i| frame.system.dof_label(i));
-        let v = (0..n).map(|i| format!("v.{}", frame.system.dof_label(i)));
+        let q = (0..frame.state.q.len()).map(|i| frame.system.coordinate_label(i));
+        let v = (0..frame.state.v.len()).map(|i| format!("v.{}", frame.system.dof_label(i)));
         self.trajectory.begin(run, q.chain(v))?;
         self.energy.begin(run, ENERGY_COLUMNS.iter().map(|s| s.to_string()))?;
         let local = |name: &str| {

@@ -75,10 +75,10 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
     /// # Errors
     /// [`RestoreError`] where sizes differ or a number is not finite; the scheme is then unchanged.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), RestoreError> {
-        let n = self.system.dofs();
+        let (coordinates, n) = (self.system.coordinates(), self.system.dofs());
         let refuse = |what: &str| Err(RestoreError { what: what.into() });
-        if snapshot.q.len() != n || snapshot.v.len() != n {
-            return refuse(&format!("{} degrees of freedom for {n}", snapshot.q.len()));
+        if snapshot.q.len() != coordinates || snapshot.v.len() != n {
+            return refuse(&format!("{} degrees of freedom for {n}", snapshot.v.len()));
         }
         let percussions = snapshot.contacts.iter().chain(&snapshot.older).map(|(_, p)| p);
         if percussions.clone().any(|p| p.len() != D) {
