@@ -266,7 +266,8 @@ impl<T: Scalar, const D: usize> Adaptive<T, D> {
         hidden / (self.settings.tolerance * lit::<T>(HIDDEN))
     }
 
-    /// e_q + (T − t) e_v of the distance between the state ahead and the one reached, as a share of the scene's length, beyond their rounding.
+    /// e_q + (T − t) e_v of the distance between the state ahead and the one reached, as a share of the scene's length,
+    /// beyond their rounding.
     fn distance_ahead(&mut self) -> T {
         let (mut q, mut v) = (T::zero(), T::zero());
         let (state, [motion, ..]) = (self.scheme.state(), &mut self.motions);
@@ -366,7 +367,7 @@ fn signature<T: Scalar, const D: usize>(contacts: &[ContactStep<T, D>], still: T
             true if slides(contact, still) => 1,
             true => 2,
         };
-        (hash ^ contact.id.number().wrapping_mul(4).wrapping_add(state)).wrapping_mul(0x0100_0000_01b3)
+        (hash ^ contact.id.digest().wrapping_mul(4).wrapping_add(state)).wrapping_mul(0x0100_0000_01b3)
     })
 }
 

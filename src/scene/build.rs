@@ -5,7 +5,6 @@ use nalgebra::SVector;
 use super::format::InterfaceSpec;
 use super::names::{Directory, Groups};
 use super::{LoadSpec, PlannedRun, PreloadSpec, Scene, SceneError};
-use crate::adaptive::Adaptive;
 use crate::laws::{Approach, ContactLaw, Rows};
 use crate::registry::Registry;
 use crate::scalar::{Scalar, epsilon, lit};
@@ -21,12 +20,6 @@ pub(super) type AnyLaw<T, const D: usize> = Box<dyn ContactLaw<T, D>>;
 
 /// A system of any kind.
 pub(super) type AnySystem<T, const D: usize> = Box<dyn System<T, D>>;
-
-/// The scheme of a scene: planar rigid bodies or an elastic body, laws and solver by name.
-pub type Planar<T, const D: usize> = ThetaScheme<T, D>;
-
-/// The same under error control.
-pub type PlanarAdaptive<T, const D: usize> = Adaptive<T, D>;
 
 impl InterfaceSpec {
     /// The two sides, for errors.
@@ -105,7 +98,7 @@ pub fn build<T: Scalar, const D: usize>(
     scene: &Scene,
     run: &PlannedRun,
     registry: &Registry,
-) -> Result<Planar<T, D>, SceneError> {
+) -> Result<ThetaScheme<T, D>, SceneError> {
     let (system, laws, q, v) = parts(scene, run, registry)?;
     let solver = registry.build_solver(&run.solver, stopping(scene))?;
     Ok(ThetaScheme::new(system, laws, solver, settings(scene), T::zero(), q, v)?)

@@ -1,9 +1,10 @@
 //! The one place that chooses the compiled arithmetic and contact dimension of a run.
 
-use super::{Planar, PlannedRun, ScalarName, Scene, SceneError, build, event_driven};
+use super::{PlannedRun, ScalarName, Scene, SceneError, build, event_driven};
 use crate::event_driven::{EventError, Motion, Settings};
 use crate::registry::Registry;
 use crate::scalar::to_f64;
+use crate::scheme::ThetaScheme;
 use crate::simulate::{Compiled, Simulated, Simulation, Stepper};
 use crate::solver::default_tolerance;
 
@@ -43,7 +44,7 @@ impl InKind for Simulate<'_> {
 
     fn with<T: Compiled<D>, const D: usize>(self) -> Self::Output {
         let Parts { scene, run, registry } = self.0;
-        let scheme: Planar<T, D> = build(scene, run, registry)?;
+        let scheme: ThetaScheme<T, D> = build(scene, run, registry)?;
         let stepper = Stepper::new(scheme, scene.time.adaptive_settings())?;
         Ok(Box::new(Simulated::new(stepper, &run.law, &run.solver)))
     }

@@ -17,7 +17,7 @@ mod plan;
 mod solid;
 mod time;
 
-pub use build::{Planar, PlanarAdaptive, build, contact_dimension};
+pub use build::{build, contact_dimension};
 pub use error::{SceneError, line_and_column};
 pub use event_driven::{EventDriven, event_driven};
 pub use fingerprint::Fingerprint;

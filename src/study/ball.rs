@@ -4,7 +4,8 @@ use super::ReferenceError;
 use super::reference::{Reference, visit_between};
 use crate::laws::{Approach, ContactLaw};
 use crate::registry::Registry;
-use crate::scene::{Planar, PlannedRun, Scene, build};
+use crate::scene::{PlannedRun, Scene, build};
+use crate::scheme::ThetaScheme;
 
 /// A frictionless disc thrown on a half-plane: parabolas, impacts u⁺ = −e u⁻, and rest from the accumulation point on,
 /// t₁ + (2 w/G) e/(1−e) with the speed w of the first impact at t₁ and the acceleration G towards the plane.
@@ -53,7 +54,7 @@ impl Ball {
         if disc.centre != [0.0, 0.0] {
             return Err(format!("the disc centred in the body, not at {:?}", disc.centre).into());
         }
-        let scheme: Planar<f64, 1> = build(scene, run, registry)?;
+        let scheme: ThetaScheme<f64, 1> = build(scene, run, registry)?;
         let e = restitution(&*scheme.laws()[0])?;
 
         let length = plane.normal[0].hypot(plane.normal[1]);

@@ -3,7 +3,8 @@
 use super::ReferenceError;
 use super::reference::Reference;
 use crate::registry::Registry;
-use crate::scene::{Planar, PlannedRun, Scene, build};
+use crate::scene::{PlannedRun, Scene, build};
+use crate::scheme::ThetaScheme;
 
 /// The impacting bar of Doyen, Ern & Piperno (2011), doi:10.1137/100791440, by d'Alembert: a front leaves the wall at
 /// the speed c = √(E/ρ) and stops the bar, comes back from the free end and throws it off at v₀. Contact lasts 2L/c with
@@ -45,7 +46,7 @@ impl Bar {
         if plane.normal[1] != 0.0 {
             return Err("a wall across the bar".into());
         }
-        let scheme: Planar<f64, 1> = build(scene, run, registry)?;
+        let scheme: ThetaScheme<f64, 1> = build(scene, run, registry)?;
         let geometry = scheme.system().geometry().ok_or("an elastic body")?;
         let nodes = geometry.mesh().nodes();
         if geometry.mesh().dimension() != 1 {

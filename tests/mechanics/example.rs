@@ -4,7 +4,8 @@ use std::path::Path;
 
 use nonsmooth::registry::Registry;
 use nonsmooth::scalar::Scalar;
-use nonsmooth::scene::{Planar, PlannedRun, Scene, build};
+use nonsmooth::scene::{PlannedRun, Scene, build};
+use nonsmooth::scheme::ThetaScheme;
 
 /// The scene `examples/NAME.toml`.
 pub(crate) fn scene(name: &str) -> Scene {
@@ -26,7 +27,7 @@ pub(crate) fn scheme<T: Scalar, const D: usize>(
     scene: &Scene,
     law: &str,
     solver: &str,
-) -> (Planar<T, D>, usize) {
+) -> (ThetaScheme<T, D>, usize) {
     let run = run(scene, law, solver);
     (build(scene, &run, &Registry::default()).expect("an example builds"), run.steps)
 }

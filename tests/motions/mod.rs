@@ -10,8 +10,8 @@ use std::ops::ControlFlow;
 use nonsmooth::adaptive::{Adaptive, AdaptiveError, AdaptiveSettings, Report};
 use nonsmooth::event_driven::Settings;
 use nonsmooth::registry::Registry;
-use nonsmooth::scene::{Planar, PlanarAdaptive, Scene, event_driven};
-use nonsmooth::scheme::{State, Step};
+use nonsmooth::scene::{Scene, event_driven};
+use nonsmooth::scheme::{State, Step, ThetaScheme};
 
 use crate::example;
 
@@ -180,7 +180,7 @@ impl<'a> Measure<'a> {
 }
 
 /// The scheme of a case.
-pub(crate) fn scheme<const D: usize>(case: &Case) -> Planar<f64, D> {
+pub(crate) fn scheme<const D: usize>(case: &Case) -> ThetaScheme<f64, D> {
     example::scheme::<f64, D>(&case.scene, case.law, "nsgs").0
 }
 
@@ -188,7 +188,7 @@ pub(crate) fn scheme<const D: usize>(case: &Case) -> Planar<f64, D> {
 pub(crate) fn adaptive<const D: usize>(
     case: &Case,
     tolerance: f64,
-) -> Result<PlanarAdaptive<f64, D>, AdaptiveError> {
+) -> Result<Adaptive<f64, D>, AdaptiveError> {
     Adaptive::new(scheme(case), AdaptiveSettings::new(tolerance, case.scene.time.end))
 }
 
