@@ -1,57 +1,40 @@
 //! Nonsmooth contact dynamics: unilateral contact, impact and Coulomb friction, with contact laws and cone solvers
 //! that plug into one step loop.
 //!
-//! The Moreau–Jean θ-scheme ([`scheme::ThetaScheme`]) steps a [`system::System`] under one
-//! [`laws::ContactLaw`] per interface, and solves the cone problem of each step ([`cone::ConeProblem`]) with a
-//! [`solver::ConeSolver`] chosen at construction. Data flows one way:
+//! Three crates make it, so that an edit compiles little: [`nonsmooth_core`] holds schemes, solvers, systems, scenes and
+//! outputs, and knows no law; `laws` holds the laws, each a file; this one puts them together, with the program
+//! `nonsmooth` and the manual, [`guide`]. Everything is found under the names of this crate.
 //!
-//! ```text
-//! scene → system → free velocity → contacts, active set → cone problem (W, b, μ) → solver
-//!       → velocity and position update → energy ledger → observers
 //! ```
+//! use nonsmooth::laws::Fremond;
 //!
-//! The manual is [`guide`].
-//!
-//! Equation numbers are those of V. Acary and N. A. Collins-Craft, "On the Moreau–Jean scheme with the Frémond
-//! impact law. Energy conservation and dissipation properties for elastodynamics with contact impact and friction"
-//! (2024). Local vectors are ordered (N, T1, T2); the normal points from the obstacle to the body.
+//! let registry = nonsmooth::registry();
+//! assert!(registry.laws().any(|law| law.name == "fremond"));
+//! let law = Fremond::new(0.5, 0.3)?;
+//! # Ok::<(), nonsmooth::laws::LawError>(())
+//! ```
 
-pub mod adaptive;
-#[cfg(feature = "cli")]
-pub mod cli;
-#[cfg(feature = "collection")]
-pub mod collection;
-pub mod cone;
-pub mod contact;
-pub mod energy;
-pub mod event_driven;
-#[cfg(feature = "fclib")]
-pub mod fclib;
-#[cfg(any(feature = "outputs", feature = "figures", feature = "fclib", feature = "vtk"))]
-pub mod file;
+#[doc(no_inline)]
+pub use nonsmooth_core::*;
+
 #[cfg(any(doc, doctest))]
 pub mod guide;
-pub mod linalg;
-pub mod mesh;
-pub mod observe;
-pub mod planar;
-#[cfg(feature = "figures")]
-pub mod plot;
-pub mod registry;
-#[cfg(feature = "scene")]
-pub mod run;
-pub mod scalar;
-#[cfg(feature = "scene")]
-pub mod scene;
-pub mod scheme;
-pub mod simulate;
-pub mod solver;
-#[cfg(feature = "study")]
-pub mod study;
-#[cfg(feature = "suite")]
-pub mod suite;
-pub mod system;
-pub use nonsmooth_laws as laws;
+
+/// The laws of this crate, and what a law is: see [`ContactLaw`](laws::ContactLaw).
+pub mod laws {
+    #[doc(inline)]
+    pub use nonsmooth_core::laws::*;
+    #[doc(inline)]
+    pub use nonsmooth_laws::*;
+}
+
+/// The laws and the solvers that come with this crate; one's own are added to it.
+pub fn registry() -> registry::Registry {
+    let known = registry::Registry::solvers_only();
+    nonsmooth_laws::families()
+        .into_iter()
+        .fold(known, |known, law| known.law(law).expect("the names of the built-in laws differ"))
+}
 
 /// The README's programs compile and run.
 #[cfg(all(doctest, feature = "scene"))]

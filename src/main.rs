@@ -1,7 +1,7 @@
 //! The command line of `nonsmooth`.
 
-use nonsmooth::{cli, registry::Registry};
+use nonsmooth::{cli, registry};
 
 fn main() -> std::process::ExitCode {
-    cli::run(&Registry::default())
+    cli::run(&registry())
 }

@@ -9,7 +9,6 @@ use nonsmooth::collection::{
 };
 use nonsmooth::cone::Form;
 use nonsmooth::fclib::{self, Data, Info, Local, Problem, SparseMatrix, WriteOptions};
-use nonsmooth::registry::Registry;
 
 fn data() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data")
@@ -40,7 +39,7 @@ fn squeezed(folder: &Path) -> PathBuf {
 fn every_problem_of_ours_is_solved_and_told_in_one_line() {
     let files = problem_files(data()).expect("tests/data");
     let mut out = Vec::new();
-    let solved = solve_files(&Registry::default(), &files, &SolveOptions::default(), true, &mut out)
+    let solved = solve_files(&nonsmooth::registry(), &files, &SolveOptions::default(), true, &mut out)
         .expect("a known solver");
     let text = String::from_utf8(out).expect("UTF-8");
     for report in &solved.reports {
@@ -85,7 +84,7 @@ fn one_contact_takes_off_sticks_and_slides() {
         for dimension in ["planar", "spatial"] {
             let file = data().join(format!("{dimension}-{suffix}.hdf5"));
             assert_eq!(
-                solve_file(&Registry::default(), &file, &SolveOptions::default()).expect("our file").status,
+                solve_file(&nonsmooth::registry(), &file, &SolveOptions::default()).expect("our file").status,
                 status,
                 "{suffix}"
             );
@@ -101,7 +100,7 @@ fn a_written_solution_satisfies_the_problem_of_its_file() {
         let file = folder.path().join(format!("{name}.hdf5"));
         std::fs::copy(data().join(format!("{name}.hdf5")), &file).expect("a copy");
         for _ in 0..2 {
-            let report = solve_file(&Registry::default(), &file, &options).expect("our file");
+            let report = solve_file(&nonsmooth::registry(), &file, &options).expect("our file");
             let stored = fclib::read(&file).expect("our file");
             let solution = stored.solution.as_ref().expect("a solution was asked for");
             assert_eq!(&stored.solution(solution.percussions.clone()).expect("our problem"), solution);
@@ -127,7 +126,7 @@ fn what_is_not_solved_comes_with_its_certificate_and_exit_code() {
     let file = squeezed(folder.path());
     let options = SolveOptions { max_seconds: Some(2.0), write_solution: true, ..SolveOptions::default() };
     let mut out = Vec::new();
-    let solved = solve_files(&Registry::default(), std::slice::from_ref(&file), &options, false, &mut out)
+    let solved = solve_files(&nonsmooth::registry(), std::slice::from_ref(&file), &options, false, &mut out)
         .expect("a known solver");
     assert_eq!(solved.exit_code(), 1);
     let report = &solved.reports[0];
@@ -155,14 +154,14 @@ fn a_file_that_is_none_is_told_and_the_others_are_solved() {
     let files = [broken, ours(&["planar-stick"]).remove(0)];
     for json in [false, true] {
         let mut out = Vec::new();
-        let solved = solve_files(&Registry::default(), &files, &SolveOptions::default(), json, &mut out)
+        let solved = solve_files(&nonsmooth::registry(), &files, &SolveOptions::default(), json, &mut out)
             .expect("a known solver");
         assert_eq!((solved.exit_code(), solved.reports.len(), solved.failures.len()), (2, 1, 1));
         assert!(String::from_utf8(out).expect("UTF-8").contains("broken"));
     }
     for (solver, tolerance) in [("nobody", 1e-8), ("nsgs", 0.0), ("nsgs", f64::NAN)] {
         let options = SolveOptions { solver: solver.into(), tolerance, ..SolveOptions::default() };
-        let refused = solve_files(&Registry::default(), &files, &options, false, &mut Vec::new());
+        let refused = solve_files(&nonsmooth::registry(), &files, &options, false, &mut Vec::new());
         assert!(matches!(refused, Err(CollectionError::Solver(_))));
     }
 }
@@ -178,8 +177,8 @@ fn the_default_solver_solves_every_public_problem() {
         for tolerance in [1e-8, 1e-12] {
             let options = SolveOptions { tolerance, max_seconds: Some(60.0), ..SolveOptions::default() };
             let mut out = Vec::new();
-            let solved =
-                solve_files(&Registry::default(), &files, &options, false, &mut out).expect("a known solver");
+            let solved = solve_files(&nonsmooth::registry(), &files, &options, false, &mut out)
+                .expect("a known solver");
             let text = String::from_utf8(out).expect("UTF-8");
             println!("{text}");
             assert_eq!(solved.exit_code(), 0, "{text}");
@@ -197,7 +196,7 @@ fn a_comparison_tells_times_curves_profiles_and_ratios() {
     let options = BenchmarkOptions { solvers, max_seconds: 10.0, ..BenchmarkOptions::default() };
     let mut told = 0;
     let mut benchmark =
-        Benchmark::run(&Registry::default(), &files, &options, &mut |_| told += 1).expect("our files");
+        Benchmark::run(&nonsmooth::registry(), &files, &options, &mut |_| told += 1).expect("our files");
     assert_eq!((told, benchmark.measurements.len()), (6, 6));
     for m in &benchmark.measurements {
         assert!(m.solved && m.residual <= 1e-8 && m.scaled_residual <= 1e-8 && m.cpu_seconds > 0.0, "{m:?}");

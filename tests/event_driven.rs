@@ -15,7 +15,6 @@ use motion::{balances, before, close, hybrid, law, motion, rounding, state};
 use nalgebra::Vector1;
 use nonsmooth::event_driven::{EventError, EventFailure, Mode, Motion, Settings, integrate};
 use nonsmooth::linalg::Symmetric;
-use nonsmooth::registry::Registry;
 use nonsmooth::scene::{Scene, event_driven};
 use nonsmooth::system::{
     Body, BodyId, Forces, Lagrangian, RigidBodies, RigidBodiesBuilder, Signal, SmoothGap,
@@ -23,7 +22,7 @@ use nonsmooth::system::{
 
 fn run<const D: usize>(scene: &Scene, law: &str, settings: &Settings) -> Result<Motion, EventError> {
     let run = example::run(scene, law, "hybrid");
-    event_driven::<D>(scene, &run, &Registry::default()).expect("an example builds").integrate(settings)
+    event_driven::<D>(scene, &run, &nonsmooth::registry()).expect("an example builds").integrate(settings)
 }
 
 fn example_motion<const D: usize>(name: &str, law: &str) -> Motion {

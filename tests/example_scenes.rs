@@ -4,7 +4,6 @@
 #[path = "mechanics/example.rs"]
 mod example;
 
-use nonsmooth::registry::Registry;
 use nonsmooth::scene::SceneError;
 
 #[test]
@@ -58,8 +57,8 @@ fn the_pinned_pendulum_of_the_example_gains_energy_under_newton_alone() {
 fn a_joint_that_names_no_body_is_refused() {
     let mut scene = example::scene("double_pendulum");
     scene.joints[1].to = Some("middle".into());
-    let runs = scene.runs(&Registry::default()).expect("laws and solvers");
-    let error =
-        nonsmooth::scene::build::<f64, 2>(&scene, &runs[0], &Registry::default()).expect_err("no such body");
+    let runs = scene.runs(&nonsmooth::registry()).expect("laws and solvers");
+    let error = nonsmooth::scene::build::<f64, 2>(&scene, &runs[0], &nonsmooth::registry())
+        .expect_err("no such body");
     assert!(matches!(&error, SceneError::UnknownName { name, .. } if name == "middle"), "{error}");
 }

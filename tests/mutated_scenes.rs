@@ -5,7 +5,6 @@ use std::path::Path;
 
 use nonsmooth::adaptive::{Adaptive, AdaptiveSettings};
 use nonsmooth::event_driven::Settings;
-use nonsmooth::registry::Registry;
 use nonsmooth::scalar::{Scalar, lit};
 use nonsmooth::scene::{PlannedRun, ScalarName, Scene, build, contact_dimension, event_driven};
 use proptest::prelude::*;
@@ -119,11 +118,11 @@ fn damages() -> impl Strategy<Value = Damage> {
 
 /// Reads, builds and steps; the message of what went wrong, empty where nothing did.
 fn attempt<T: Scalar, const D: usize>(scene: &Scene) -> String {
-    let Ok(runs) = scene.runs(&Registry::default()) else {
-        return scene.runs(&Registry::default()).expect_err("just seen").to_string();
+    let Ok(runs) = scene.runs(&nonsmooth::registry()) else {
+        return scene.runs(&nonsmooth::registry()).expect_err("just seen").to_string();
     };
     for run in &runs {
-        let mut scheme = match build::<T, D>(scene, run, &Registry::default()) {
+        let mut scheme = match build::<T, D>(scene, run, &nonsmooth::registry()) {
             Ok(scheme) => scheme,
             Err(error) => return error.to_string(),
         };
@@ -150,7 +149,7 @@ fn attempt<T: Scalar, const D: usize>(scene: &Scene) -> String {
 
 /// The beginning of the run under error control.
 fn adapt<T: Scalar, const D: usize>(scene: &Scene, run: &PlannedRun) -> Result<(), String> {
-    let scheme = build::<T, D>(scene, run, &Registry::default()).map_err(|error| error.to_string())?;
+    let scheme = build::<T, D>(scene, run, &nonsmooth::registry()).map_err(|error| error.to_string())?;
     let end = lit::<T>(scene.time.step * STEPS as f64);
     let Ok(mut driver) = Adaptive::new(scheme, AdaptiveSettings::new(lit(1e-2), end)) else { return Ok(()) };
     let mut steps = 0;
@@ -167,16 +166,15 @@ fn adapt<T: Scalar, const D: usize>(scene: &Scene, run: &PlannedRun) -> Result<(
 fn follow(scene: &Scene, dimension: usize) {
     let mut scene = scene.clone();
     scene.time.end = scene.time.end.min(scene.time.step * STEPS as f64);
-    let Ok(runs) = scene.runs(&Registry::default()) else { return };
+    let Ok(runs) = scene.runs(&nonsmooth::registry()) else { return };
     let settings = Settings { max_events: 200, max_steps: 200, ..Settings::default() };
     for run in &runs {
-        let ended =
-            match dimension {
-                1 => event_driven::<1>(&scene, run, &Registry::default())
-                    .map(|motion| motion.integrate(&settings)),
-                _ => event_driven::<2>(&scene, run, &Registry::default())
-                    .map(|motion| motion.integrate(&settings)),
-            };
+        let ended = match dimension {
+            1 => event_driven::<1>(&scene, run, &nonsmooth::registry())
+                .map(|motion| motion.integrate(&settings)),
+            _ => event_driven::<2>(&scene, run, &nonsmooth::registry())
+                .map(|motion| motion.integrate(&settings)),
+        };
         if let Ok(Ok(motion)) = ended {
             let energy = motion.energy(motion.end()).total();
             assert!(energy.is_finite(), "a motion of energy {energy} was found");
@@ -189,12 +187,12 @@ fn read(text: &str) -> String {
         Ok(scene) => scene,
         Err(error) => return error.to_string(),
     };
-    let runs = match scene.runs(&Registry::default()) {
+    let runs = match scene.runs(&nonsmooth::registry()) {
         Ok(runs) => runs,
         Err(error) => return error.to_string(),
     };
     let mut told = String::new();
-    match contact_dimension(&scene, &runs, &Registry::default()) {
+    match contact_dimension(&scene, &runs, &nonsmooth::registry()) {
         Err(error) => return error.to_string(),
         Ok(dimension) => {
             follow(&scene, dimension);

@@ -13,7 +13,7 @@ use nonsmooth::suite::{Suite, check_law};
 use speed_dependent::SpeedDependent;
 
 fn registry() -> Registry {
-    Registry::default().law(laws::family!(SpeedDependent<T>)).expect("a new name")
+    nonsmooth::registry().law(laws::family!(SpeedDependent<T>)).expect("a new name")
 }
 
 fn example(name: &str) -> PathBuf {
@@ -41,7 +41,7 @@ fn a_registry_holds_what_it_was_given_and_names_are_taken_once() {
 
     let taken = registry.law(laws::family!(SpeedDependent<T>)).expect_err("registered already");
     assert_eq!(taken, RegistryError::LawTaken { name: "speed-dependent" });
-    let taken = Registry::default().solver(solver::family!(Nsgs<T, D>)).expect_err("registered already");
+    let taken = nonsmooth::registry().solver(solver::family!(Nsgs<T, D>)).expect_err("registered already");
     assert_eq!(taken, RegistryError::SolverTaken { name: "nsgs" });
 
     let small = Registry::empty().solver(solver::family!(Nsgs<T, D>)).expect("the first");

@@ -184,7 +184,7 @@ fn the_work_of_a_rolling_disc_is_what_its_energy_loses() {
 #[cfg(feature = "scene")]
 #[test]
 fn a_scene_with_rolling_resistance_has_contacts_that_roll() {
-    use nonsmooth::{registry::Registry, scene::Scene};
+    use nonsmooth::scene::Scene;
 
     let scene = Scene::parse(
         r#"
@@ -221,7 +221,7 @@ fn a_scene_with_rolling_resistance_has_contacts_that_roll() {
         std::path::Path::new("disc.toml"),
     )
     .expect("a scene");
-    let registry = Registry::default();
+    let registry = nonsmooth::registry();
     for run in scene.run(&registry).expect("two runs") {
         let deceleration = 2.0 / 3.0 * GRAVITY * 0.004 / 0.2;
         let (t, v) = (run.times[run.times.len() - 1], &run.v[run.v.len() - 1]);

@@ -8,7 +8,6 @@ use nonsmooth::cone::{ArraysError, ConeProblem};
 use nonsmooth::laws::{Fremond, NewtonCoulomb};
 use nonsmooth::observe::{Frame, ObserveError, Observer};
 use nonsmooth::planar::{PlanarError, PlanarScene, Shape, body};
-use nonsmooth::registry::Registry;
 use nonsmooth::run::{Checkpoints, WriteError, WriteOptions};
 use nonsmooth::scalar::Scalar;
 use nonsmooth::scene::{ScalarName, Scene, contact_dimension};
@@ -43,7 +42,7 @@ fn a_scene_runs_in_three_lines_and_its_arrays_are_the_tables_of_the_command_line
         let mut scene = Scene::read(example("bouncing_ball.toml")).expect("an example");
         (scene.time.step, scene.time.end) = (1e-2, 1.0);
         scene.scalar = if scalar == "f64" { ScalarName::F64 } else { ScalarName::F32 };
-        let runs = scene.run(&Registry::default()).expect("two runs");
+        let runs = scene.run(&nonsmooth::registry()).expect("two runs");
 
         let out = folder.path().join(scalar);
         let path = example("bouncing_ball.toml");
@@ -89,7 +88,7 @@ fn a_scene_is_written_as_the_command_line_writes_it() {
         Box::new(Count::default())
     };
     let written = scene
-        .write(&Registry::default(), &options, &mut watch, &AtomicBool::new(false))
+        .write(&nonsmooth::registry(), &options, &mut watch, &AtomicBool::new(false))
         .expect("the folder can be written to");
     assert!(written.failure.is_none() && !written.interrupted && written.summaries.len() == begun.get());
 
@@ -109,13 +108,13 @@ fn a_scene_is_written_as_the_command_line_writes_it() {
 
     scene.time.adaptive = Some(nonsmooth::scene::AdaptiveSpec::new(1e-3));
     let options = WriteOptions::new(&own).checkpoints(Checkpoints::Every(10));
-    let refused = scene.write(&Registry::default(), &options, &mut watch, &AtomicBool::new(false));
+    let refused = scene.write(&nonsmooth::registry(), &options, &mut watch, &AtomicBool::new(false));
     assert!(matches!(refused, Err(WriteError::AdaptiveCheckpoint)));
 }
 
 #[test]
 fn a_simulation_is_steered_and_goes_back() {
-    let registry = Registry::default();
+    let registry = nonsmooth::registry();
     let scene = Scene::read(example("impacting_stick.toml")).expect("an example");
     let runs = scene.runs(&registry).expect("laws and solvers");
     let dimension = contact_dimension(&scene, &runs, &registry).expect("laws");
@@ -142,7 +141,7 @@ fn a_planar_scene_from_rust_is_that_of_the_file() {
     file.laws = vec!["fremond".into()];
     file.interfaces[0].parameters.remove("half_speed");
     file.interfaces[0].parameters.insert("restitution".into(), 0.2);
-    let of_file = file.run(&Registry::default()).expect("a run");
+    let of_file = file.run(&nonsmooth::registry()).expect("a run");
 
     let mut scene = PlanarScene::new();
     let ball = scene.add(body(Shape::disc(0.1)).inertia(4e-3).at(0.0, 1.1).moving(1.0, 0.0));

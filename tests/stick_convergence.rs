@@ -11,7 +11,6 @@ mod regression;
 use limits::{END, LIMITS, Limit};
 use nalgebra::Vector3;
 use nonsmooth::event_driven::{Motion, Settings};
-use nonsmooth::registry::Registry;
 use nonsmooth::scene::{Scene, event_driven};
 use regression::{log_spaced, order};
 
@@ -22,7 +21,7 @@ fn scene() -> Scene {
 fn reference(law: &str) -> Motion {
     let scene = scene();
     let run = example::run(&scene, law, "nsgs");
-    event_driven::<2>(&scene, &run, &Registry::default())
+    event_driven::<2>(&scene, &run, &nonsmooth::registry())
         .expect("the stick")
         .integrate(&Settings::default())
         .expect("two impacts")

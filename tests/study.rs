@@ -6,7 +6,6 @@ use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use nonsmooth::registry::Registry;
 use nonsmooth::scene::{Scene, contact_dimension, event_driven};
 use nonsmooth::study::{
     Line, MEASURES, ProblemResults, SceneResults, Study, StudyError, StudyOptions, StudyProgress,
@@ -45,7 +44,7 @@ impl Bench {
     /// Runs the study into a folder, writes its tables, and tells how far it was from the beginning on.
     fn run(&self, out: &str, threads: usize) -> (SceneResults, StudyProgress) {
         let Study::Scene(study) =
-            Study::read(&self.study(), &Registry::default()).unwrap_or_else(|error| panic!("{error}"))
+            Study::read(&self.study(), &nonsmooth::registry()).unwrap_or_else(|error| panic!("{error}"))
         else {
             panic!("a study of a scene");
         };
@@ -275,7 +274,7 @@ fn an_interrupted_study_ends_in_order_and_goes_on() {
     let text = format!("{STICK}h = {{ from = 1e-2, to = 1e-3, per_decade = 12 }}\n");
     let bench = Bench::new("impacting_stick", &text);
     bench.run("whole", 1);
-    let Ok(Study::Scene(study)) = Study::read(&bench.study(), &Registry::default()) else {
+    let Ok(Study::Scene(study)) = Study::read(&bench.study(), &nonsmooth::registry()) else {
         panic!("a study of a scene")
     };
     let stop = AtomicBool::new(false);
@@ -354,7 +353,7 @@ fn figures_name_the_time_of_their_scene() {
 /// The message of a study that cannot be read.
 fn refused(bench: &Bench, study: &str) -> StudyError {
     bench.write(study);
-    Study::read(&bench.study(), &Registry::default()).expect_err(study)
+    Study::read(&bench.study(), &nonsmooth::registry()).expect_err(study)
 }
 
 #[test]
@@ -429,7 +428,7 @@ fn a_reference_that_does_not_know_the_motion_says_what_it_knows() {
     ] {
         let text = format!("reference = {{ kind = \"{kind}\" }}\n[[runs]]\nlaw = \"newton\"\nh = 1e-2\n");
         let bench = Bench::new(scene, &text);
-        let Ok(Study::Scene(study)) = Study::read(&bench.study(), &Registry::default()) else {
+        let Ok(Study::Scene(study)) = Study::read(&bench.study(), &nonsmooth::registry()) else {
             panic!("{kind}: a study")
         };
         let result = study.run(&bench.out("out"), &options(1), &AtomicBool::new(false), &mut |_| {});
@@ -440,7 +439,7 @@ fn a_reference_that_does_not_know_the_motion_says_what_it_knows() {
 #[test]
 fn two_studies_do_not_write_into_one_folder() {
     let bench = Bench::new("bouncing_ball", "[[runs]]\nh = [1e-2, 1e-3]\n");
-    let Ok(Study::Scene(study)) = Study::read(&bench.study(), &Registry::default()) else {
+    let Ok(Study::Scene(study)) = Study::read(&bench.study(), &nonsmooth::registry()) else {
         panic!("a study")
     };
     let never = AtomicBool::new(false);
@@ -458,7 +457,7 @@ fn the_example_studies_can_be_read() {
     let mut count = 0;
     for entry in std::fs::read_dir(&folder).expect("the studies") {
         let path = entry.expect("readable").path();
-        Study::read(&path, &Registry::default()).unwrap_or_else(|error| panic!("{error}"));
+        Study::read(&path, &nonsmooth::registry()).unwrap_or_else(|error| panic!("{error}"));
         count += 1;
     }
     assert!(count >= 4);
@@ -466,7 +465,7 @@ fn the_example_studies_can_be_read() {
 
 /// A study of two solvers over some of our problems.
 fn problems(bench: &Bench, out: &str, threads: usize) -> ProblemResults {
-    let Ok(Study::Problems(study)) = Study::read(&bench.study(), &Registry::default()) else {
+    let Ok(Study::Problems(study)) = Study::read(&bench.study(), &nonsmooth::registry()) else {
         panic!("a study of problems")
     };
     let results = study.run(&bench.out(out), &options(threads), &AtomicBool::new(false), &mut |_| {});
@@ -550,9 +549,9 @@ fn a_value_of_the_study_is_a_value_of_the_scene() {
     let path = examples().join("impacting_stick.toml");
     let text = std::fs::read_to_string(&path).expect("the scene");
     let changed = Scene::parse(&text.replace("friction = 0.01", "friction = 0.3"), &path).expect("a scene");
-    let runs = changed.runs(&Registry::default()).expect("two laws");
-    assert_eq!(contact_dimension(&changed, &runs, &Registry::default()).expect("laws"), 2);
-    let motion = event_driven::<2>(&changed, &runs[0], &Registry::default())
+    let runs = changed.runs(&nonsmooth::registry()).expect("two laws");
+    assert_eq!(contact_dimension(&changed, &runs, &nonsmooth::registry()).expect("laws"), 2);
+    let motion = event_driven::<2>(&changed, &runs[0], &nonsmooth::registry())
         .expect("a scene")
         .integrate(&Default::default());
     let motion = motion.expect("a motion");

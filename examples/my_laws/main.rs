@@ -12,8 +12,8 @@ mod speed_dependent;
 
 use std::process::ExitCode;
 
-use nonsmooth::{cli, laws, registry::Registry, registry::RegistryError};
+use nonsmooth::{cli, laws, registry::RegistryError};
 
 fn main() -> Result<ExitCode, RegistryError> {
-    Ok(cli::run(&Registry::default().law(laws::family!(speed_dependent::SpeedDependent<T>))?))
+    Ok(cli::run(&nonsmooth::registry().law(laws::family!(speed_dependent::SpeedDependent<T>))?))
 }

@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use nalgebra::SVector;
 
-use crate::{
+use nonsmooth_core::laws::{
     Approach, Cone, ContactLaw, Description, FRICTION, LawError, LawFamily, Parameter, RESTITUTION, Response,
     Rows, Scalar,
 };

@@ -1,27 +1,12 @@
-//! Contact laws with impact and friction for nonsmooth contact dynamics.
+//! The contact laws that come with `nonsmooth`, one file each: impact and friction for nonsmooth contact dynamics.
 //!
-//! A [`ContactLaw`] is a few numbers in and a few numbers out: from the local velocity at the start of the
-//! step and the scheme parameter θ it gives the velocity at which the Coulomb inclusion is written,
-//!
-//! ```text
-//!   û = γ u_{k+1} + (1 − γ) u_k + s,        −Φ(û) ∈ N_K(p),        Φ(w) = w + μ‖w_T‖ e_N
-//! ```
-//!
-//! A contact that lasts is no impact; a law says what it answers to one, and most say [`Response::lasting`].
-//!
-//! It sees neither the Delassus operator, nor the solver, nor the state. A new law is one file beside the ones
-//! here and one line in the `register!` call at the end of this page.
+//! They are written as those of any other crate are, against the door
+//! [`nonsmooth_core::laws`](https://docs.rs/nonsmooth-core): an edit here compiles these files alone. A new law is one file
+//! beside the ones here and one line in the `register!` call at the end of this page.
 
-mod cone;
-mod entry;
-mod law;
-mod parameter;
+use nonsmooth_core::laws::{ContactLaw, Description, LawEntry, LawError, LawFamily, Scalar};
+
 mod registry;
-
-pub use cone::{Cone, Rows};
-pub use entry::LawEntry;
-pub use law::{Approach, ContactLaw, Passage, Response, Scalar};
-pub use parameter::{Description, FRICTION, LawError, LawFamily, Parameter, RESTITUTION};
 
 registry::register! {
     newton_coulomb::NewtonCoulomb,

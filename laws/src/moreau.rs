@@ -4,13 +4,13 @@ use std::ops::RangeInclusive;
 
 use nalgebra::SVector;
 
-use crate::{
+use nonsmooth_core::laws::{
     Approach, ContactLaw, Description, FRICTION, LawError, LawFamily, Parameter, Response, Rows, Scalar,
 };
 
 const DISSIPATION_INDEX: Parameter =
     Parameter {
-        symbol: "ρ", meaning: "restitution of all components (dimensionless)", ..crate::RESTITUTION
+        symbol: "ρ", meaning: "restitution of all components (dimensionless)", ..nonsmooth_core::laws::RESTITUTION
     };
 
 /// Moreau's averaged-velocity law: the Coulomb inclusion at û = (u_{k+1} + ρ u_k)/(1 + ρ).

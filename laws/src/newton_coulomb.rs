@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use nalgebra::SVector;
 
-use crate::{
+use nonsmooth_core::laws::{
     Approach, ContactLaw, Description, FRICTION, LawError, LawFamily, RESTITUTION, Response, Rows, Scalar,
 };
 

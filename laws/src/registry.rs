@@ -13,7 +13,7 @@ macro_rules! register {
 
         /// The registered families, in the order of registration.
         pub fn families() -> Vec<LawEntry> {
-            vec![$($crate::family!($law<T>)),+]
+            vec![$(nonsmooth_core::laws::family!($law<T>)),+]
         }
 
         /// The registry's entry for a law.

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use nonsmooth::registry::Registry;
 use nonsmooth::scalar::Scalar;
 use nonsmooth::scene::{PlannedRun, Scene, build};
 use nonsmooth::scheme::ThetaScheme;
@@ -16,7 +15,7 @@ pub(crate) fn scene(name: &str) -> Scene {
 /// The run of a scene with one law and one solver.
 pub(crate) fn run(scene: &Scene, law: &str, solver: &str) -> PlannedRun {
     let runs = Scene { laws: vec![law.into()], solvers: vec![solver.into()], ..scene.clone() }
-        .runs(&Registry::default());
+        .runs(&nonsmooth::registry());
     let [run] = <[PlannedRun; 1]>::try_from(runs.expect("registered names")).expect("one law, one solver");
     run
 }
@@ -29,5 +28,5 @@ pub(crate) fn scheme<T: Scalar, const D: usize>(
     solver: &str,
 ) -> (ThetaScheme<T, D>, usize) {
     let run = run(scene, law, solver);
-    (build(scene, &run, &Registry::default()).expect("an example builds"), run.steps)
+    (build(scene, &run, &nonsmooth::registry()).expect("an example builds"), run.steps)
 }

@@ -9,7 +9,6 @@ use std::ops::ControlFlow;
 
 use nonsmooth::adaptive::{Adaptive, AdaptiveError, AdaptiveSettings, Report};
 use nonsmooth::event_driven::Settings;
-use nonsmooth::registry::Registry;
 use nonsmooth::scene::{Scene, event_driven};
 use nonsmooth::scheme::{State, Step, ThetaScheme};
 
@@ -121,7 +120,7 @@ fn incline(time: f64, q: &mut [f64], v: &mut [f64]) {
 /// The stick of `examples/impacting_stick.toml`, event by event.
 fn stick(law: &'static str) -> Motion {
     let scene = example::scene("impacting_stick");
-    let prepared = event_driven::<2>(&scene, &example::run(&scene, law, "hybrid"), &Registry::default())
+    let prepared = event_driven::<2>(&scene, &example::run(&scene, law, "hybrid"), &nonsmooth::registry())
         .expect("an example builds");
     let motion = prepared.integrate(&Settings::default()).expect("flights and impacts");
     Box::new(move |time, q, v| motion.at(time, q, v))

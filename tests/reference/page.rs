@@ -2,8 +2,6 @@
 
 use std::fmt::Write as _;
 
-use nonsmooth::registry::Registry;
-
 use super::source::{Field, Item, attribute, item, renamed, text, value_of};
 
 /// Where the types of scene files are.
@@ -258,7 +256,7 @@ impl Page {
     }
 
     fn registry(&mut self) {
-        let registry = Registry::default();
+        let registry = nonsmooth::registry();
         self.out.push_str(
             "## Laws\n\nNames for `laws` and `interfaces.law`, with their parameters; a program of one's own may know more.\n\n\
              | law | parameter | range | default | meaning |\n|---|---|---|---|---|\n",

@@ -4,7 +4,7 @@
 ///
 /// nalgebra computes the small blocks with it and faer the sparse factorisations. A double-double type meets the
 /// bound by implementing the two `RealField` traits; `clarabel` asks for more, see `solver::ConicScalar`.
-pub trait Scalar: nonsmooth_laws::Scalar + faer::traits::RealField + num_traits::FromPrimitive {
+pub trait Scalar: crate::laws::Scalar + faer::traits::RealField + num_traits::FromPrimitive {
     /// Name of the type in outputs.
     const NAME: &'static str;
 }

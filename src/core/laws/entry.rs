@@ -3,13 +3,13 @@
 use std::any::Any;
 use std::sync::Arc;
 
-use crate::{ContactLaw, Description, LawError, LawFamily, Scalar};
+use super::{ContactLaw, Description, LawError, LawFamily, Scalar};
 
 /// Makes a law from parameter values in the order of its description.
 type Maker<T, const D: usize> = fn(&[T]) -> Result<Box<dyn ContactLaw<T, D>>, LawError>;
 
 /// A family of laws as a registry holds it: its description, and how to make its laws in each arithmetic and contact
-/// dimension it supports. [`family!`](crate::family) makes one from the type of a law.
+/// dimension it supports. [`family!`](crate::laws::family) makes one from the type of a law.
 #[derive(Debug, Clone)]
 pub struct LawEntry {
     description: Description,
@@ -63,22 +63,22 @@ impl LawEntry {
 /// is generic over its scalar, `family!(MyLaw)` of one that is not.
 ///
 /// ```
-/// use nonsmooth_laws::{Fremond, family};
+/// use nonsmooth::laws::{Fremond, family};
 ///
 /// let entry = family!(Fremond<T>);
 /// let law = entry.build::<f64, 2>(&[0.5, 0.3]).unwrap();
 /// assert_eq!(law.name(), entry.description().name);
 /// ```
 #[macro_export]
-macro_rules! family {
+macro_rules! law_family {
     ($($law:ident)::+ <T>) => {
-        $crate::family!(@ $($law)::+<f64>, $($law)::+<f32>)
+        $crate::law_family!(@ $($law)::+<f64>, $($law)::+<f32>)
     };
     ($law:ty) => {
-        $crate::family!(@ $law, $law)
+        $crate::law_family!(@ $law, $law)
     };
     (@ $double:ty, $single:ty) => {
-        $crate::LawEntry::new(<$double as $crate::LawFamily<f64>>::DESCRIPTION)
+        $crate::laws::LawEntry::new(<$double as $crate::laws::LawFamily<f64>>::DESCRIPTION)
             .with::<$double, f64, 1>()
             .with::<$double, f64, 2>()
             .with::<$double, f64, 3>()
@@ -87,3 +87,5 @@ macro_rules! family {
             .with::<$single, f32, 3>()
     };
 }
+#[doc(inline)]
+pub use law_family as family;

@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 
 use nalgebra::{RealField, SVector};
 
-use crate::{Cone, Rows};
+use super::{Cone, Rows};
 
 /// The arithmetic a law needs: a real number that nalgebra computes with and that an error can print.
 pub trait Scalar: RealField + Copy + num_traits::ToPrimitive {}
@@ -161,7 +161,7 @@ impl<T: Scalar, const D: usize> Response<T, D> {
 ///
 /// ```
 /// use nalgebra::SVector;
-/// use nonsmooth_laws::{Approach, ContactLaw, Response, Scalar};
+/// use nonsmooth::laws::{Approach, ContactLaw, Response, Scalar};
 /// use std::ops::RangeInclusive;
 ///
 /// #[derive(Debug)]

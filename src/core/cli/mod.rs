@@ -107,10 +107,10 @@ const INTERRUPTED: u8 = 130;
 ///
 /// ```no_run
 /// # use std::process::ExitCode;
-/// use nonsmooth::{cli, registry::Registry};
+/// use nonsmooth::cli;
 ///
 /// fn main() -> ExitCode {
-///     cli::run(&Registry::default())
+///     cli::run(&nonsmooth::registry())
 /// }
 /// ```
 pub fn run(registry: &Registry) -> ExitCode {

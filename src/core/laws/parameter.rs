@@ -1,6 +1,6 @@
 //! What the registry knows of a law: its name, equation, source and parameters, and how they are checked.
 
-use crate::Scalar;
+use super::Scalar;
 
 /// A parameter of a law: its admissible range is enforced at construction.
 #[derive(Debug, Clone, Copy, PartialEq)]

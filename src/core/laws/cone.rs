@@ -1,6 +1,6 @@
 //! The cone a contact's percussion must stay in, as a law says it.
 
-use crate::Scalar;
+use super::Scalar;
 
 /// The cone K of admissible percussions: for every block B of components beside the normal one, ‖p_B‖ ≤ c_B p_N.
 ///

@@ -1,10 +1,9 @@
 //! The laws and the solvers a program knows, by name.
 //!
-//! [`Registry::default`] holds the built-in ones. A crate of one's own adds its laws and solvers, and hands the registry
+//! `nonsmooth::registry()` holds the built-in ones. A crate of one's own adds its laws and solvers, and hands the registry
 //! to scenes, studies, collections and the command line:
 //!
 //! ```
-//! use nonsmooth::registry::Registry;
 //! use nonsmooth::laws::{self, Approach, ContactLaw, Description, FRICTION, LawFamily, Response, Scalar};
 //!
 //! /// No restitution, whatever θ.
@@ -36,7 +35,7 @@
 //!     }
 //! }
 //!
-//! let registry = Registry::default().law(laws::family!(Plastic<T>))?;
+//! let registry = nonsmooth::registry().law(laws::family!(Plastic<T>))?;
 //! let law = registry.build_law::<f64, 2>("plastic", &[0.5])?;
 //! assert_eq!(law.rows(), laws::Rows::Tangent);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -51,13 +50,6 @@ use crate::solver::{self, ConeSolver, SolverEntry, Stopping, UnknownSolver};
 pub struct Registry {
     laws: Vec<LawEntry>,
     solvers: Vec<SolverEntry>,
-}
-
-impl Default for Registry {
-    /// The laws and solvers of this crate.
-    fn default() -> Self {
-        Self { laws: laws::families(), solvers: solver::families() }
-    }
 }
 
 /// A law or a solver that cannot be registered.
@@ -82,6 +74,11 @@ impl Registry {
     /// A registry that knows nothing yet.
     pub fn empty() -> Self {
         Self { laws: Vec::new(), solvers: Vec::new() }
+    }
+
+    /// The built-in solvers, and no law: laws come from other crates.
+    pub fn solvers_only() -> Self {
+        Self { laws: Vec::new(), solvers: solver::families() }
     }
 
     /// Adds a family of laws, see [`laws::family!`].
