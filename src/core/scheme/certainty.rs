@@ -1,6 +1,7 @@
 //! How far a contact work can be positive for the tolerance of the cone solver alone.
 
 use super::ThetaScheme;
+use super::cones::Cones;
 use crate::cone::largest_eigenvalue;
 use crate::scalar::{Scalar, epsilon, lit};
 use crate::solver::{Accuracy, Solution};
@@ -18,7 +19,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
     /// λ_max(W_αα): works that are wrong by d ‖p‖ + (d/λ)(‖u‖ + d), u the faster of u_k and u_{k+1}, and by rounding.
     pub(super) fn set_work_bounds(&mut self, solution: Option<&Solution<T>>) {
         let Some(solution) = solution else { return };
-        let Self { next, problem, solver, arms, .. } = self;
+        let Self { next, cones: Cones { problem, arms, .. }, solver, .. } = self;
         let zero = T::zero();
         let mut left = None;
         for (i, contact) in next.contacts.iter_mut().enumerate() {

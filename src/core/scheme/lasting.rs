@@ -33,12 +33,11 @@
 //! scene and the rule of the active set as it stands: what is slow at a node of an elastic body, its waves decide.
 
 use super::joints::joints_of;
-use super::record::Next;
-use super::{ContactStep, Settings, ThetaScheme};
+use super::{ContactStep, Settings};
 use crate::cone::ConeProblem;
 use crate::contact::ContactId;
 use crate::laws::ContactLaw;
-use crate::linalg::{BlockRows, Symmetric};
+use crate::linalg::{BlockRows, Factor, Symmetric};
 use crate::scalar::{Scalar, lit, to_f64};
 use crate::system::Dynamics;
 
@@ -369,24 +368,16 @@ impl<T: Scalar> Lasting<T> {
         self.before.sort_unstable_by_key(|last| last.id);
         Some(())
     }
-}
 
-impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
-    /// No contact lasts from here on: the rule of the active set and the θ of the scene hold everywhere.
-    pub(crate) fn without_lasting_contacts(&mut self) {
-        self.lasting = None;
-    }
-
-    /// √(F·M⁻¹F) of the bodies, in the step that is being made.
-    pub(super) fn set_pull(&mut self) {
-        let Self { system, lasting, next: Next { force, scratch, .. }, factor, .. } = self;
-        let Some(lasting) = lasting else { return };
-        if !lasting.pull.is_empty() && !system.forces().varies() {
+    /// √(F·M⁻¹F) of the bodies, of the forces F in the step that is being made; they are known from the step before where
+    /// they do not vary.
+    pub(super) fn set_pull(&mut self, vary: bool, force: &[T], factor: &mut Factor<T>, scratch: &mut [T]) {
+        let Self { pull, mobility, unit, .. } = self;
+        if !pull.is_empty() && !vary {
             return;
         }
         scratch.copy_from_slice(force);
         factor.solve_in_place(scratch);
-        let Lasting { pull, mobility, unit, .. } = lasting;
         pull.clear();
         let bodies = scratch.chunks(*unit).zip(mobility.chunks(*unit));
         pull.extend(bodies.map(|(accelerations, mobility)| {

@@ -46,18 +46,25 @@
 //! derivation stands at the head of `nonlinear.rs`.
 
 mod activation;
+mod active_set;
 mod arms;
+mod balance;
 mod certainty;
 mod clock;
+mod cones;
 mod crossed;
 mod delassus;
+mod equations;
 mod equilibrium;
 mod error;
+mod find_contacts;
 mod islands;
 mod joints;
 mod kept;
 mod lasting;
+mod matrix;
 mod memory;
+mod move_on;
 mod nonlinear;
 mod passes;
 mod positions;
@@ -65,6 +72,7 @@ mod record;
 mod rest;
 mod setup;
 mod snapshot;
+mod solve_contacts;
 mod step;
 mod theta_scheme;
 mod variable;

@@ -1,6 +1,8 @@
 //! The passes of a step whose terms depend on its end: joints and nonlinear systems.
 
+use super::equations::Equations;
 use super::joints::{STAGNATION as JOINT_STAGNATION, Span, joints_of};
+use super::matrix::Matrix;
 use super::nonlinear::Start;
 use super::record::{Next, State};
 use super::{Settings, StepError, ThetaScheme};
@@ -28,7 +30,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
     /// F_{k+θ}, the end of the prescribed motions, v_{k+θ} ← v_k elsewhere as a first guess, and the iteration matrix of
     /// a nonlinear system.
     pub(super) fn start_passes(&mut self) -> Result<(), StepError> {
-        let Self { system, settings, state, next, free, rest, .. } = &mut *self;
+        let Self { system, settings, state, next, matrix: Matrix { free, .. }, rest, .. } = &mut *self;
         let Settings { theta, step: h, .. } = *settings;
         let Next { q, v, v_theta, v_free, force, scratch, .. } = next;
         system.forces().averaged(state.time, h, theta, force, scratch);
@@ -48,9 +50,21 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         if !all_finite(&*force) {
             return Err(self.state_error("F", &self.next.force));
         }
-        self.set_pull();
-        self.passes = 0;
-        let Self { system, settings, state, next, nonlinear, scales, factor, .. } = &mut *self;
+        let Self { system, next, matrix, lasting, .. } = self;
+        if let Some(lasting) = lasting {
+            let Next { force, scratch, .. } = next;
+            lasting.set_pull(system.forces().varies(), force, &mut matrix.factor, scratch);
+        }
+        self.equations.passes = 0;
+        let Self {
+            system,
+            settings,
+            state,
+            next,
+            equations: Equations { nonlinear, scales, .. },
+            matrix: Matrix { factor, .. },
+            ..
+        } = &mut *self;
         if let (Some(nonlinear), Some(dynamics)) = (nonlinear, system.nonlinear()) {
             let start = Start::of(state, settings, &next.force);
             let speed = nalgebra::RealField::max(scales.speed, max_abs(&state.v));
@@ -64,46 +78,57 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
 
     /// Whether the pass leaves nothing to iterate for.
     pub(super) fn is_last_pass(&mut self) -> Result<bool, StepError> {
-        let Self { system, settings, state, next, joints, factor, lasting, .. } = self;
+        let Self {
+            system,
+            settings,
+            state,
+            next,
+            equations: Equations { joints, .. },
+            matrix: Matrix { factor, .. },
+            lasting,
+            ..
+        } = self;
         let mut worst = None::<(&'static str, T, T)>;
         if !joints.is_empty() {
             let span = Span::of(settings, state, lasting.as_ref());
             let impulse = (!next.contacts.is_empty()).then_some(&next.impulse[..]);
             let left_over = joints.judge(&**system, span, factor, &next.v, impulse);
-            let stagnates = self.passes > 3 && !(left_over.excess < self.left_over * lit::<T>(0.5));
+            let stagnates =
+                self.equations.passes > 3 && !(left_over.excess < self.equations.left_over * lit::<T>(0.5));
             let enough = lit::<T>(if stagnates || impulse.is_none() { JOINT_STAGNATION } else { 1.0 });
-            self.left_over = left_over.excess;
+            self.equations.left_over = left_over.excess;
             // Written so that a NaN goes on.
             if left_over.excess <= enough {
                 return Ok(true);
             }
             let contacts = impulse.is_some();
-            self.passes += 1;
+            self.equations.passes += 1;
             // Without contacts nothing changes from pass to pass.
-            if contacts && self.passes < MOST_PASSES {
+            if contacts && self.equations.passes < MOST_PASSES {
                 return Ok(false);
             }
-            let ((step, time), passes) = (self.place(), self.passes);
+            let ((step, time), passes) = (self.place(), self.equations.passes);
             let (excess, tolerance) = (to_f64(left_over.excess), to_f64(left_over.tolerance));
             let (joint, opening) = (joints_of(&*self.system).label(left_over.row), to_f64(left_over.opening));
             return Err(StepError::JointPasses { step, time, joint, opening, tolerance, excess, passes });
         }
-        if let (Some(nonlinear), Some(dynamics)) = (&mut self.nonlinear, system.nonlinear()) {
+        if let (Some(nonlinear), Some(dynamics)) = (&mut self.equations.nonlinear, system.nonlinear()) {
             let start = Start::of(state, settings, &next.force);
             let left_over = nonlinear.left_over(dynamics, start, &next.v, &next.impulse);
-            let stagnates = self.passes > 3 && left_over >= self.left_over * lit::<T>(0.5);
+            let stagnates =
+                self.equations.passes > 3 && left_over >= self.equations.left_over * lit::<T>(0.5);
             let enough = lit::<T>(if stagnates { STAGNATION } else { EQUATIONS }) * epsilon::<T>();
-            self.left_over = left_over;
+            self.equations.left_over = left_over;
             if !(left_over <= enough) {
                 worst = Some(("the residual of the equations of motion", left_over, enough));
             }
         }
         let Some((what, left_over, tolerance)) = worst else { return Ok(true) };
-        self.passes += 1;
-        if self.passes < MOST_PASSES {
+        self.equations.passes += 1;
+        if self.equations.passes < MOST_PASSES {
             return Ok(false);
         }
-        let ((step, time), passes) = (self.place(), self.passes);
+        let ((step, time), passes) = (self.place(), self.equations.passes);
         let (left_over, tolerance) = (to_f64(left_over), to_f64(tolerance));
         Err(StepError::Iteration { step, time, what, left_over, tolerance, passes })
     }

@@ -11,6 +11,7 @@
 
 use nalgebra::SVector;
 
+use super::active_set::ActiveSet;
 use super::lasting::{Entry, Lasting, root};
 use super::record::{ContactStep, Next};
 use super::{Settings, ThetaScheme};
@@ -82,7 +83,15 @@ impl<T: Scalar> Lasting<T> {
 impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
     /// q_{k+1} ← q_{k+1} + Δq where lasting contacts overlap; the position work, −F·Δq.
     pub(super) fn correct_positions(&mut self) -> T {
-        let Self { system, settings, tolerances: (tolerance, _), state, next, lasting, .. } = self;
+        let Self {
+            system,
+            settings,
+            active: ActiveSet { tolerances: (tolerance, _), .. },
+            state,
+            next,
+            lasting,
+            ..
+        } = self;
         let Some(lasting) = lasting else { return T::zero() };
         for (entry, contact) in lasting.entries.iter_mut().zip(&next.contacts) {
             entry.account += contact.normal_work + contact.tangential_work;
@@ -93,7 +102,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             let loss = |dof: usize, theta: T| {
                 (lit::<T>(0.5) - theta) * (v[dof] - state.v[dof]) * (after[dof] - before[dof])
             };
-            lasting.share_losses(loss, &self.jacobian, contacts.len());
+            lasting.share_losses(loss, &self.active.jacobian, contacts.len());
         }
         let tolerance = nalgebra::RealField::max(*tolerance, lasting.noise(settings.step));
         let overlaps = |(contact, entry): (&ContactStep<T, D>, &Entry<T>)| {
@@ -109,16 +118,25 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         };
         lasting.target.clear();
         lasting.target.extend(next.contacts.iter().zip(&lasting.entries).map(target));
-        let Some(w) = self.problem.delassus().formed() else { return T::zero() };
+        let Some(w) = self.cones.problem.delassus().formed() else { return T::zero() };
         lasting.open(w, tolerance);
         self.displace()
     }
 
     /// Moves the bodies by the openings found, as far as their islands can pay for.
     fn displace(&mut self) -> T {
-        let Self { system, settings: Settings { step: h, .. }, next, lasting, jacobian, .. } = self;
-        let (factor, joints) = (&mut self.factor, &mut self.joints);
-        let (Some(lasting), Some(w)) = (lasting, self.problem.delassus().formed()) else { return T::zero() };
+        let Self {
+            system,
+            settings: Settings { step: h, .. },
+            next,
+            lasting,
+            active: ActiveSet { jacobian, .. },
+            ..
+        } = self;
+        let (factor, joints) = (&mut self.matrix.factor, &mut self.equations.joints);
+        let (Some(lasting), Some(w)) = (lasting, self.cones.problem.delassus().formed()) else {
+            return T::zero();
+        };
         let Next { q, place, v_free, force, scratch, impulse, contacts, .. } = next;
         // H_N M̂⁻¹F, the acceleration that pulls a contact open.
         let pull = |row: usize, contact: &ContactStep<T, D>| {

@@ -7,7 +7,7 @@ use super::{Activation, SetupError};
 use crate::laws::{Approach, ContactLaw, Response};
 use crate::linalg::{Symmetric, max_abs};
 use crate::scalar::{Scalar, all_finite, epsilon, lit, to_f64};
-use crate::system::{Dynamics, Prescribed};
+use crate::system::Dynamics;
 
 /// Parameters of the scheme.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -102,31 +102,6 @@ pub(super) fn check_laws<T: Scalar, const D: usize>(
         }
     }
     Ok(())
-}
-
-/// M̂ = M + hθC + h²θ²K.
-pub(super) fn iteration_matrix<T: Scalar>(system: &dyn Dynamics<T>, settings: &Settings<T>) -> Symmetric<T> {
-    let weight = settings.step * settings.theta;
-    let mut matrix = system.mass().clone();
-    if let Some(damping) = system.damping() {
-        matrix = matrix.plus(weight, damping);
-    }
-    if let Some(stiffness) = system.stiffness() {
-        matrix = matrix.plus(weight * weight, stiffness);
-    }
-    matrix
-}
-
-/// Entries of M̂ between free degrees of freedom and prescribed ones; none where nothing prescribed moves.
-pub(super) fn coupling<T: Scalar>(
-    system: &dyn Dynamics<T>,
-    matrix: &Symmetric<T>,
-    free: usize,
-) -> Vec<(usize, usize, T)> {
-    if !system.prescribed().is_some_and(Prescribed::moves) {
-        return Vec::new();
-    }
-    matrix.entries().filter(|&(i, j, m)| i < free && j >= free && m != T::zero()).collect()
 }
 
 /// Checks that every operator of the system and the state have one component per degree of freedom, and that the

@@ -62,7 +62,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             v: plain(&self.state.v),
             energies: [energies.kinetic, energies.elastic, energies.potential].map(to_f64),
             contacts: self.last.contacts.iter().map(percussion).collect(),
-            older: self.older.iter().map(percussion).collect(),
+            older: self.warm.contacts.iter().map(percussion).collect(),
             rest: self.rest.as_ref().map(Rest::mark),
             lasting: self.lasting.as_ref().map(Lasting::mark),
             memories: self.memories.mark(),
@@ -106,7 +106,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             return refuse("its laws remember something else");
         }
         self.state.index = snapshot.index();
-        self.last_length = self.settings.step;
+        self.warm.length = self.settings.step;
         let [origin, low] = snapshot.clock.map(lit);
         self.clock = Clock { origin, low, index: snapshot.clock_index as usize };
         self.state.time = self.clock.at(self.state.index, self.settings.step);
@@ -117,12 +117,12 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             stiffness.multiply(&self.state.q, &mut self.next.elastic_force[0]);
         }
         if let Some(dynamics) = self.system.nonlinear() {
-            self.nonlinear = Some(Box::new(Nonlinear::new(dynamics, &self.state.q)));
+            self.equations.nonlinear = Some(Box::new(Nonlinear::new(dynamics, &self.state.q)));
         }
         let energies = &mut self.last.energies;
         [energies.kinetic, energies.elastic, energies.potential] = snapshot.energies.map(lit);
         for (list, numbers) in
-            [(&mut self.last.contacts, &snapshot.contacts), (&mut self.older, &snapshot.older)]
+            [(&mut self.last.contacts, &snapshot.contacts), (&mut self.warm.contacts, &snapshot.older)]
         {
             list.clear();
             list.extend(

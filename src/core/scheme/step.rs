@@ -1,24 +1,12 @@
 //! The θ-step of Moreau–Jean (52) and Moreau–Jean–Frémond (63) in the one form every law shares.
 
-use std::iter::Peekable;
-
-use nalgebra::SVector;
-
-use super::islands::{WORTH_SPLITTING, choose_start};
-use super::lasting::{Lasting, Pace};
-use super::nonlinear::Start;
-use super::record::Next;
-use super::{ActivationRule, ContactStep, Part, Settings, Step, StepError, ThetaScheme};
-use crate::contact::{Candidate, ContactId, pose};
+use super::active_set::ActiveSet;
+use super::cones::WarmStart;
+use super::{Part, Step, StepError, ThetaScheme};
+use crate::contact::ContactId;
 use crate::energy::{Balance, Energies};
-use crate::laws::{Approach, Rows};
-use crate::linalg::{Factor, dot, sums};
-use crate::scalar::{Scalar, all_finite, lit, to_f64};
-use crate::solver::{Solution, solve_or_rescue};
-use crate::system::Prescribed;
-
-/// Most that percussions are scaled by to start the next step with, where its length is another.
-const MOST_GROWTH: f64 = 8.0;
+use crate::scalar::{Scalar, all_finite, to_f64};
+use crate::solver::Solution;
 
 impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
     /// Makes one step of (52)/(63).
@@ -66,285 +54,18 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         Ok(&self.last)
     }
 
-    fn find_active_contacts(&mut self) -> Result<(), StepError> {
-        loop {
-            self.list_active_contacts()?;
-            let Self { rest, jacobian, .. } = self;
-            if !rest.as_mut().is_some_and(|rest| rest.wake(jacobian)) {
-                break;
-            }
-        }
-        let Self { lasting, settings, jacobian, next, .. } = self;
-        if let Some(lasting) = lasting {
-            lasting.assign(settings.theta, jacobian, &mut next.contacts);
-        }
-        Ok(())
-    }
-
-    fn list_active_contacts(&mut self) -> Result<(), StepError> {
-        let h = self.settings.step;
-        let (mut gap_tolerance, velocity_tolerance) = self.tolerances;
-        let mut reach = gap_tolerance;
-        if let Some(lasting) = &mut self.lasting {
-            lasting.clear();
-            if self.settings.activation.gap_tolerance.is_none() {
-                gap_tolerance = nalgebra::RealField::max(gap_tolerance, lasting.noise(h));
-            }
-            reach = gap_tolerance + lasting.reach();
-        }
-        let rule = self.settings.activation.rule;
-        self.candidates.clear();
-        let Self { system, state, next: Next { place, scratch, .. }, rest, candidates, crossed, .. } = self;
-        if rule == ActivationRule::CurrentGap {
-            place.copy_from_slice(&state.q);
-        } else {
-            scratch.iter_mut().zip(&state.v).for_each(|(s, &v)| *s = h * v);
-            system.advance(&state.q, scratch, place);
-        }
-        let asleep = rest.as_ref().map_or(&[][..], |rest| rest.asleep());
-        match rest {
-            Some(_) => system.awake_candidates(place, reach, asleep, candidates),
-            None => system.candidates(place, reach, candidates),
-        }
-        crossed.find(&mut **system, &state.q, (h, &state.v), asleep, candidates);
-        self.candidates.sort_unstable_by_key(|candidate| candidate.id);
-        self.jacobian.clear();
-        self.next.contacts.clear();
-        let theta = self.settings.theta;
-        let mut known = 0;
-        for i in 0..self.candidates.len() {
-            let Candidate { id, interface, gap } = self.candidates[i];
-            if !all_finite([&gap]) {
-                return Err(self.contact_error(id, "gap"));
-            }
-            if interface >= self.laws.len() {
-                return Err(self.unknown(id, "interface", interface, self.laws.len()));
-            }
-            let row = self.jacobian.rows();
-            let Next { scratch, place, .. } = &mut self.next;
-            let place = self.crossed.place(id, &*self.system, (h, &self.state), (scratch, place));
-            self.system.jacobian(id, place, &mut self.jacobian);
-            let dofs = self.state.v.len();
-            if let Some(column) = self.jacobian.largest_column(row).filter(|&column| column >= dofs) {
-                return Err(self.unknown(id, "degree of freedom", column, dofs));
-            }
-            let before = self.jacobian.velocity(row, &self.state.v);
-            if !all_finite(before.iter()) {
-                return Err(self.contact_error(id, "Jacobian"));
-            }
-            let closing = before[0] <= velocity_tolerance;
-            let mut lasts = false;
-            if let Some(lasting) = &mut self.lasting {
-                let last = &self.last.contacts;
-                known += last[known..].iter().take_while(|contact| contact.id < id).count();
-                let last = last.get(known).filter(|contact| contact.id == id);
-                let carried = last.is_some_and(|contact| contact.percussion[0] > T::zero());
-                let tolerances = (gap_tolerance, velocity_tolerance);
-                let pace =
-                    lasting.pace((&self.jacobian, row), h, (id, carried), (gap, before[0]), tolerances);
-                // A contact that separates is no impact either: it may have to be kept from closing.
-                lasts = pace == Pace::Lasting || !closing;
-                if pace == Pace::Lasting || gap <= gap_tolerance {
-                    let slow = pace != Pace::Fast;
-                    // What is closed to the tolerance is closed: its rounding is no motion.
-                    let start = if slow { self.system.gap(id, &self.state.q) } else { T::zero() };
-                    let start = if start > gap_tolerance { start } else { T::zero() };
-                    lasting.push(&self.jacobian, row, h, (id, start), pace);
-                } else {
-                    self.jacobian.truncate(row);
-                    continue;
-                }
-            } else if rule == ActivationRule::MoreauJean && !closing {
-                self.jacobian.truncate(row);
-                continue;
-            }
-            let contact = ContactStep::starting(id, interface, (gap, before), (theta, lasts));
-            self.next.contacts.push(contact);
-        }
-        Ok(())
-    }
-
-    fn set_cone_problem(&mut self) -> Result<(), StepError> {
-        let (w, b, cones) = self.problem.parts_mut();
-        let Self { jacobian, factor, joints, .. } = self;
-        match &mut self.kept {
-            Some(kept) => {
-                if self.arms.rolls() {
-                    kept.forget_selection();
-                }
-                if let Err(contact) = kept.select(&self.next.contacts, w) {
-                    return Err(self.contact_error(contact, "place among the constant candidates"));
-                }
-            }
-            None if joints.is_empty() => self.assembler.assemble(jacobian, factor, w),
-            None if jacobian.rows() == 0 => w.clear(),
-            None => {
-                self.assembler.assemble_with(jacobian, |x: &mut [T]| joints.respond(factor, x), w);
-            }
-        }
-        if self.arms.rolls() {
-            self.arms.measure(&self.jacobian, w);
-        }
-        b.clear();
-        cones.clear();
-        self.warm_start.clear();
-        self.older_start.clear();
-        // Percussions of a lasting contact grow with the step; those of an impact, made in a step of its own, do not.
-        let growth = growth(self.last_length, self.settings.step);
-        let mut known = self.last.contacts.iter().peekable();
-        let mut older = self.older.iter().peekable();
-        for (i, contact) in self.next.contacts.iter().enumerate() {
-            let gap = self.lasting.as_ref().map_or_else(T::zero, |lasting| lasting.entries[i].gap);
-            let approach = Approach::impact(contact.before, contact.theta);
-            let memory = self.memories.of(contact.id, contact.interface);
-            let approach = approach.with_gap(gap, self.settings.step, contact.lasting).with_memory(memory);
-            let approach = if self.arms.rolls() { approach.with_rows(Rows::Rolling) } else { approach };
-            let free = self.jacobian.velocity(i, &self.next.v_free);
-            match pose(&*self.laws[contact.interface], &approach, &free) {
-                Ok((shifted, cone)) => {
-                    b.push(self.arms.enter_velocity(i, &shifted));
-                    cones.push(cone.at_arm(self.arms.length(i)));
-                }
-                Err(source) => {
-                    let (step, time) = self.place();
-                    let contact = self.system.contact_label(contact.id);
-                    return Err(StepError::Law { step, time, contact, source });
-                }
-            }
-            if self.passes > 0 {
-                self.warm_start.push(self.arms.enter(i, &self.percussions[i]));
-                continue;
-            }
-            self.warm_start.push(self.arms.enter(i, &(percussion_of(contact.id, &mut known) * growth)));
-            self.older_start.push(self.arms.enter(i, &(percussion_of(contact.id, &mut older) * growth)));
-        }
-        Ok(())
-    }
-
-    fn solve_cone_problem(&mut self) -> Result<Option<Solution<T>>, StepError> {
-        let contacts = self.problem.contacts();
-        self.percussions.clear();
-        self.percussions.resize(contacts, SVector::zeros());
-        if contacts == 0 {
-            return Ok(None);
-        }
-        let Self { problem, islands, percussions, solver, jacobian, factor, joints, .. } = self;
-        let (warm_start, older) = (&mut self.warm_start, &self.older_start);
-        // Of bodies that nothing but contacts couples the solver may see H and M̂.
-        if let (Factor::Diagonal(inverse), true) = (&*factor, joints.is_empty() && !self.arms.rolls()) {
-            problem.copy_bodies(jacobian, inverse);
-        }
-        let worth = problem.delassus().formed().filter(|_| contacts > WORTH_SPLITTING);
-        let solved = if let Some(w) = worth.filter(|w| islands.split(w) > 1) {
-            islands.solve((problem, w), (warm_start, older), percussions, &mut **solver)
-        } else {
-            // A single contact is solved exactly from anywhere.
-            if contacts > 1 {
-                choose_start(problem, warm_start, older, solver.stopping().tolerance);
-            }
-            solve_or_rescue(&mut **solver, problem, (warm_start, older), percussions)
-                .map_err(|source| (contacts, source))
-        };
-        self.arms.leave(percussions);
-        if let Some(lasting) = &mut self.lasting {
-            lasting.note(problem, solver.stopping().tolerance);
-        }
-        solved.map(Some).map_err(|(contacts, source)| {
-            let (step, time) = self.place();
-            StepError::Solve { step, time, contacts, source }
-        })
-    }
-
-    fn balance(&mut self, position_work: T) -> Result<(Energies<T>, Balance<T>), StepError> {
-        let Self { system, settings, state, next, .. } = self;
-        let Settings { theta, step: h, .. } = *settings;
-        let half = lit::<T>(0.5);
-        let mut balance = Balance { position_work, ..Balance::default() };
-        let mut square;
-        if let Some(nonlinear) = &self.nonlinear {
-            let start = Start::of(state, settings, &next.force);
-            (balance.kinetic_change, balance.elastic_change, balance.damping_work, square) =
-                nonlinear.changes(start, &next.v);
-        } else {
-            system.mass().multiply(&next.v, &mut next.momentum[1]);
-            (balance.kinetic_change, square) = increments(&state.v, &next.v, &next.momentum);
-        }
-        if let Some(stiffness) = system.stiffness() {
-            // (56) is that of the θ-step; springs that a displacement after it stretches give position work.
-            let made = self.crossed.made().unwrap_or(&next.q);
-            stiffness.multiply(made, &mut next.elastic_force[1]);
-            let (elastic, stretch) = increments(&state.q, made, &next.elastic_force);
-            balance.elastic_change = elastic;
-            square += stretch;
-            if self.crossed.made().is_some() {
-                let before = dot(made, &next.elastic_force[1]);
-                stiffness.multiply(&next.q, &mut next.elastic_force[1]);
-                balance.position_work += half * (dot(&next.q, &next.elastic_force[1]) - before);
-            }
-        }
-        balance.external_work = h * dot(&next.v_theta, &next.force);
-        if let Some(damping) = system.damping() {
-            damping.multiply(&next.v_theta, &mut next.scratch);
-            balance.damping_work = -h * dot(&next.v_theta, &next.scratch);
-        }
-        balance.numerical_dissipation = match self.lasting.as_ref().and_then(Lasting::theta) {
-            None => (half - theta) * square,
-            Some(thetas) => sums(next.v.len(), |i| {
-                let change = next.momentum[1][i] - next.momentum[0][i];
-                [(half - thetas[i]) * (next.v[i] - state.v[i]) * change]
-            })[0],
-        };
-        if system.prescribed().is_some_and(Prescribed::moves) {
-            balance.prescribed_work = self.prescribed_work();
-        }
-        let Self { system, next, .. } = self;
-        for contact in &next.contacts {
-            balance.normal_contact_work += contact.normal_work;
-            balance.tangential_contact_work += contact.tangential_work;
-        }
-        balance.close();
-        let (kinetic, elastic) = self.nonlinear.as_ref().map_or_else(
-            || {
-                let stretch = system.stiffness().map(|_| dot(&next.q, &next.elastic_force[1]));
-                (half * dot(&next.v, &next.momentum[1]), half * stretch.unwrap_or_else(T::zero))
-            },
-            |nonlinear| nonlinear.next_energies(&next.v),
-        );
-        let energies = Energies { kinetic, elastic, potential: system.potential(&next.q) };
-        if !all_finite(&[energies.total(), balance.imbalance]) {
-            let (step, time) = self.place();
-            return Err(StepError::Energy { step, time, kinetic: to_f64(energies.kinetic) });
-        }
-        Ok((energies, balance))
-    }
-
-    /// Σ v_{k+θ}·R over the prescribed degrees of freedom, R the impulses that move them: what M (v_{k+1} − v_k) +
-    /// hK q_{k+θ} + hC v_{k+θ} − hF_{k+θ} − Hᵀp leaves there. The damping force stands in `scratch`.
-    fn prescribed_work(&mut self) -> T {
-        let Self { system, settings: Settings { theta, step: h, .. }, next, jacobian, free, .. } = self;
-        let (theta, h) = (*theta, *h);
-        let Next { v_theta, force, scratch, momentum, elastic_force, reaction, .. } = next;
-        for (place, i) in (*free..v_theta.len()).enumerate() {
-            let mut impulse = momentum[1][i] - momentum[0][i] - h * force[i];
-            if system.stiffness().is_some() {
-                impulse += h * ((T::one() - theta) * elastic_force[0][i] + theta * elastic_force[1][i]);
-            }
-            if system.damping().is_some() {
-                impulse += h * scratch[i];
-            }
-            reaction[place] = impulse;
-        }
-        for (row, p) in self.percussions.iter().enumerate() {
-            for (dof, entry) in jacobian.row(row).filter(|&(dof, _)| dof >= *free) {
-                reaction[dof - *free] -= entry.dot(p);
-            }
-        }
-        dot(&v_theta[*free..], reaction)
-    }
-
     fn accept(&mut self, solution: Option<Solution<T>>, energies: Energies<T>, balance: Balance<T>) {
-        let Self { system, state, next, last, older, rest, jacobian, .. } = self;
-        if let Some(nonlinear) = &mut self.nonlinear {
+        let Self {
+            system,
+            state,
+            next,
+            last,
+            warm: WarmStart { contacts: older, .. },
+            rest,
+            active: ActiveSet { jacobian, .. },
+            ..
+        } = self;
+        if let Some(nonlinear) = &mut self.equations.nonlinear {
             nonlinear.accept();
         }
         std::mem::swap(&mut state.q, &mut next.q);
@@ -355,7 +76,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             lasting.accept(&next.contacts, self.settings.step);
         }
         self.memories.accept(&self.laws, &next.contacts, self.settings.step);
-        self.last_length = self.settings.step;
+        self.warm.length = self.settings.step;
         state.index += 1;
         state.time = self.clock.at(state.index, self.settings.step);
         (last.energies, last.balance, last.solution) = (energies, balance, solution);
@@ -386,41 +107,20 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
     }
 
     #[cold]
-    fn contact_error(&self, contact: ContactId, what: &'static str) -> StepError {
+    pub(super) fn contact_error(&self, contact: ContactId, what: &'static str) -> StepError {
         let (step, time) = self.place();
         StepError::Contact { step, time, contact: self.system.contact_label(contact), what }
     }
 
     #[cold]
-    fn unknown(&self, contact: ContactId, what: &'static str, index: usize, count: usize) -> StepError {
+    pub(super) fn unknown(
+        &self,
+        contact: ContactId,
+        what: &'static str,
+        index: usize,
+        count: usize,
+    ) -> StepError {
         let (step, time) = self.place();
         StepError::Unknown { step, time, contact: self.system.contact_label(contact), what, index, count }
     }
-}
-
-/// ½(y−x)·A(y+x) and (y−x)·A(y−x), of x and y with A x and A y: the polarised forms, which do not cancel.
-#[inline(always)]
-fn increments<T: Scalar>(from: &[T], to: &[T], [a_from, a_to]: &[Vec<T>; 2]) -> (T, T) {
-    let n = from.len();
-    let (to, a_from, a_to) = (&to[..n], &a_from[..n], &a_to[..n]);
-    let [change, square] = sums(n, |i| {
-        let difference = to[i] - from[i];
-        [difference * (a_to[i] + a_from[i]), difference * (a_to[i] - a_from[i])]
-    });
-    (lit::<T>(0.5) * change, square)
-}
-
-/// Ratio of two lengths of steps, 1 where it is far from that.
-fn growth<T: Scalar>(from: T, to: T) -> T {
-    let ratio = to / from;
-    if ratio <= lit(MOST_GROWTH) && ratio >= lit(1.0 / MOST_GROWTH) { ratio } else { T::one() }
-}
-
-/// The percussion of contact `id` in a list ordered by identity, found by walking along; zero where it is not there.
-fn percussion_of<'a, T: Scalar, const D: usize>(
-    id: ContactId,
-    list: &mut Peekable<impl Iterator<Item = &'a ContactStep<T, D>>>,
-) -> SVector<T, D> {
-    while list.next_if(|old| old.id < id).is_some() {}
-    list.next_if(|old| old.id == id).map_or_else(SVector::zeros, |old| old.percussion)
 }

@@ -1,33 +1,27 @@
 //! The scheme over a system: what it holds, how it is set up, what it shows.
 
-use nalgebra::SVector;
-
+use super::active_set::ActiveSet;
 use super::arms::Arms;
 use super::clock::Clock;
-use super::crossed::Crossed;
-use super::delassus::Assembler;
-use super::islands::Islands;
+use super::cones::{Cones, WarmStart};
+use super::equations::Equations;
 use super::joints::Bilateral;
-use super::kept::{Kept, constant_rows};
 use super::lasting::Lasting;
+use super::matrix::Matrix;
 use super::memory::Memories;
 use super::nonlinear::Nonlinear;
 use super::record::Next;
 use super::rest::Rest;
-use super::setup::{
-    check_joints, check_laws, check_settings, check_sizes, coupling, iteration_matrix, tolerances,
-};
-use super::variable::Lengths;
-use super::velocity::Form;
-use super::{ContactStep, Settings, SetupError, State, Step};
+use super::setup::{check_joints, check_laws, check_settings, check_sizes, tolerances};
+use super::{Settings, SetupError, State, Step};
 use crate::cone::ConeProblem;
 use crate::contact::{Candidate, ContactId};
 use crate::energy::{Balance, Energies};
 use crate::laws::{ContactLaw, Rows};
-use crate::linalg::{BlockRows, Factor, dot};
+use crate::linalg::{Factor, dot};
 use crate::scalar::{Scalar, all_finite, lit, to_f64};
 use crate::solver::ConeSolver;
-use crate::system::{Scales, System};
+use crate::system::System;
 
 /// The Moreau–Jean θ-scheme over a system, one law per interface, and a cone solver.
 ///
@@ -41,47 +35,18 @@ pub struct ThetaScheme<T: Scalar, const D: usize> {
     pub(super) laws: Vec<Box<dyn ContactLaw<T, D>>>,
     pub(super) solver: Box<dyn ConeSolver<T, D>>,
     pub(super) settings: Settings<T>,
-    pub(super) tolerances: (T, T),
-    /// Factors of M̂ = M + hθC + h²θ²K over the free degrees of freedom, the first `free` ones, and its entries
-    /// (i, j, M̂_ij) between a free and a prescribed one that moves.
-    pub(super) factor: Factor<T>,
-    pub(super) free: usize,
-    pub(super) coupling: Vec<(usize, usize, T)>,
-    pub(super) form: Form,
-    /// W of all candidates, where H is constant.
-    pub(super) kept: Option<Kept<T, D>>,
-    pub(super) assembler: Assembler<T, D>,
-    pub(super) islands: Islands<T, D>,
-    pub(super) rest: Option<Rest<T, D>>,
-    pub(super) joints: Bilateral<T>,
-    pub(super) crossed: Crossed<T, D>,
+    pub(super) matrix: Matrix<T, D>,
+    pub(super) active: ActiveSet<T, D>,
+    pub(super) cones: Cones<T, D>,
+    pub(super) warm: WarmStart<T, D>,
+    pub(super) equations: Equations<T>,
     pub(super) lasting: Option<Lasting<T>>,
+    pub(super) rest: Option<Rest<T, D>>,
     pub(super) memories: Memories<T>,
-    pub(super) arms: Arms<T>,
-    /// Length (m) that scales the tolerance of the joints, and speed (m/s) of the differences of a nonlinear system.
-    pub(super) scales: Scales<T>,
-    pub(super) nonlinear: Option<Box<Nonlinear<T>>>,
-    /// Passes made over the step being made, beyond the first.
-    pub(super) passes: usize,
-    /// What the last pass left of the equations of motion.
-    pub(super) left_over: T,
     pub(super) clock: Clock<T>,
-    /// Factors for other lengths of the step.
-    pub(super) lengths: Lengths<T, D>,
     pub(super) state: State<T>,
     pub(super) last: Step<T, D>,
-    /// Contacts of the step before the last.
-    pub(super) older: Vec<ContactStep<T, D>>,
-    /// Length of the last step (s).
-    pub(super) last_length: T,
     pub(super) next: Next<T, D>,
-    pub(super) candidates: Vec<Candidate<T>>,
-    pub(super) jacobian: BlockRows<T, D>,
-    pub(super) problem: ConeProblem<T, D>,
-    /// Percussions of the last step, and of the one before.
-    pub(super) warm_start: Vec<SVector<T, D>>,
-    pub(super) older_start: Vec<SVector<T, D>>,
-    pub(super) percussions: Vec<SVector<T, D>>,
 }
 
 impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
@@ -107,26 +72,14 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         check_joints(&*system, &settings, &q, scales.length)?;
         Factor::new(system.mass()).map_err(SetupError::Mass)?;
         let (mut q, mut v, mut system) = (q, v, system);
-        let free = system.prescribed().map_or(system.dofs(), |prescribed| prescribed.first());
         if let Some(prescribed) = system.prescribed() {
             prescribed.set(start_time, settings.step, settings.theta, &mut q, &mut v);
         }
-        let matrix = iteration_matrix(&*system, &settings);
-        let coupling = coupling(&*system, &matrix, free);
-        let matrix = if free < system.dofs() { matrix.leading(free) } else { matrix };
-        let rows = if system.constant_jacobian() && system.joints().is_none() {
-            constant_rows(&mut *system, &q)?
-        } else {
-            None
-        };
-        let last = rows.as_ref().map(|rows| rows.dofs(free)).unwrap_or_default();
-        let mut factor = Factor::with_last(&matrix, &last).map_err(SetupError::IterationMatrix)?;
-        let kept = rows.map(|rows| rows.delassus(&mut factor, free));
-        let form = Form::of(settings.theta, system.stiffness().is_some(), &factor, kept.is_some());
+        let matrix = Matrix::new(&mut *system, &settings, &q)?;
         let nonlinear = system.nonlinear().map(|dynamics| Box::new(Nonlinear::new(dynamics, &q)));
 
         let n = system.dofs();
-        let mut next = Next::new(q.len(), n, n - free);
+        let mut next = Next::new(q.len(), n, n - matrix.free);
         system.mass().multiply(&v, &mut next.momentum[0]);
         if let Some(stiffness) = system.stiffness() {
             stiffness.multiply(&q, &mut next.elastic_force[0]);
@@ -149,49 +102,30 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         let arms = Arms::new(rolls || D == 6, system.mass());
         let joints = Bilateral::new(&*system, &q, settings.joint_tolerance);
         Ok(Self {
+            active: ActiveSet::new(q.len(), n, tolerances),
+            cones: Cones::new(n, matrix.free, arms),
+            warm: WarmStart::new(settings.step),
+            equations: Equations { joints, nonlinear, passes: 0, left_over: T::zero(), scales },
             system,
             laws,
             solver,
             settings,
-            tolerances,
-            factor,
-            free,
-            coupling,
-            form,
-            kept,
-            assembler: Assembler::new(n, free),
-            islands: Islands::default(),
-            rest,
-            joints,
-            crossed: Crossed::new(q.len(), n),
+            matrix,
             lasting,
+            rest,
             memories,
-            arms,
-            scales,
-            nonlinear,
-            passes: 0,
-            left_over: T::zero(),
             clock: Clock::starting(start_time),
-            lengths: Lengths::default(),
             state: State { index: 0, time: start_time, q, v },
             last: Step { contacts: Vec::new(), energies, balance: Balance::default(), solution: None },
-            older: Vec::new(),
-            last_length: settings.step,
             next,
-            candidates: Vec::new(),
-            jacobian: BlockRows::new(),
-            problem: ConeProblem::default(),
-            warm_start: Vec::new(),
-            older_start: Vec::new(),
-            percussions: Vec::new(),
         })
     }
 
     /// The candidate contacts with gap ≤ `reach` in the state reached.
     pub fn candidates(&mut self, reach: T) -> &[Candidate<T>] {
-        self.candidates.clear();
-        self.system.candidates(&self.state.q, reach, &mut self.candidates);
-        &self.candidates
+        self.active.candidates.clear();
+        self.system.candidates(&self.state.q, reach, &mut self.active.candidates);
+        &self.active.candidates
     }
 
     /// The state reached.
@@ -223,7 +157,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
     pub fn rows(&self) -> Rows {
         match D {
             1 => Rows::Normal,
-            _ if self.arms.rolls() => Rows::Rolling,
+            _ if self.cones.arms.rolls() => Rows::Rolling,
             _ => Rows::Tangent,
         }
     }
@@ -236,7 +170,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
     /// Passes the last step took over its equations: 1 where nothing but the contacts is unknown, more with joints and
     /// nonlinear terms.
     pub fn passes(&self) -> usize {
-        self.passes + 1
+        self.equations.passes + 1
     }
 
     /// What the law of interface `interface` remembers of a contact.
@@ -249,6 +183,6 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
 
     /// The cone problem of the last step tried.
     pub fn cone_problem(&self) -> &ConeProblem<T, D> {
-        &self.problem
+        &self.cones.problem
     }
 }

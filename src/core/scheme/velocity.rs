@@ -12,54 +12,52 @@
 
 use nalgebra::SVector;
 
+use super::active_set::ActiveSet;
+use super::cones::Cones;
+use super::equations::Equations;
 use super::joints::{Span, joints_of};
 use super::lasting::Lasting;
+use super::matrix::{Form, Matrix};
 use super::nonlinear::Start;
 use super::record::Next;
 use super::{Settings, StepError, ThetaScheme};
 use crate::linalg::{Factor, axpy};
-use crate::scalar::{Scalar, all_finite, lit};
-
-/// Which form of the step is solved, and how.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Form {
-    Increment,
-    Average,
-    /// The average, in two stages: contacts see the free velocity before the solve goes back through all unknowns,
-    /// and their percussions join it there. One pair of triangular solves in all.
-    Staged,
-}
-
-/// From this θ on the average is solved.
-const AVERAGE_THETA: f64 = 0.25;
-
-impl Form {
-    pub(super) fn of<T: Scalar>(theta: T, has_stiffness: bool, factor: &Factor<T>, keeps: bool) -> Self {
-        match factor {
-            _ if !has_stiffness || theta < lit(AVERAGE_THETA) => Self::Increment,
-            Factor::Sparse(_) if keeps => Self::Staged,
-            _ => Self::Average,
-        }
-    }
-}
+use crate::scalar::{Scalar, all_finite};
 
 impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
     /// v_free of this pass, on the joints.
     pub(super) fn set_free_velocity(&mut self) -> Result<(), StepError> {
-        let Self { system, settings, state, next, factor, nonlinear, .. } = self;
+        let Self {
+            system,
+            settings,
+            state,
+            next,
+            matrix: Matrix { factor, .. },
+            equations: Equations { nonlinear, .. },
+            ..
+        } = self;
         if let (Some(nonlinear), Some(dynamics)) = (nonlinear, system.nonlinear()) {
             let start = Start::of(state, settings, &next.force);
             nonlinear.free_velocity(dynamics, start, &next.v, factor, &mut next.v_free);
         } else {
             self.solve_free_velocity();
         }
-        let Self { system, settings, state, next, factor, joints, lasting, .. } = self;
+        let Self {
+            system,
+            settings,
+            state,
+            next,
+            matrix: Matrix { factor, .. },
+            equations: Equations { joints, .. },
+            lasting,
+            ..
+        } = self;
         if joints.is_empty() {
             return Ok(());
         }
         let span = Span::of(settings, state, lasting.as_ref());
-        if self.passes == 0 {
-            joints.start(&**system, &state.q, &next.v, self.scales.length);
+        if self.equations.passes == 0 {
+            joints.start(&**system, &state.q, &next.v, self.equations.scales.length);
         }
         let contacts = !next.contacts.is_empty();
         if let Err(row) = joints.bind(&**system, span, contacts, factor, &mut next.v_free) {
@@ -71,7 +69,9 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
 
     /// v_free of a linear system.
     fn solve_free_velocity(&mut self) {
-        let Self { system, settings, state, next, factor, free, coupling, form, .. } = self;
+        let Self {
+            system, settings, state, next, matrix: Matrix { factor, free, coupling, form, .. }, ..
+        } = self;
         let (Settings { theta, step: h, .. }, free) = (*settings, *free);
         let Next { v, v_theta, v_free, force, scratch, momentum, elastic_force, .. } = next;
         if *form == Form::Increment {
@@ -119,12 +119,10 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             settings,
             state,
             next,
-            factor,
-            free,
-            form,
-            jacobian,
-            percussions,
-            joints,
+            matrix: Matrix { factor, free, form, .. },
+            active: ActiveSet { jacobian, .. },
+            cones: Cones { percussions, .. },
+            equations: Equations { joints, .. },
             lasting,
             ..
         } = self;

@@ -1,0 +1,120 @@
+//! The active contacts of a step.
+
+use super::active_set::ActiveSet;
+use super::lasting::Pace;
+use super::record::Next;
+use super::{ActivationRule, ContactStep, StepError, ThetaScheme};
+use crate::contact::Candidate;
+use crate::scalar::{Scalar, all_finite};
+
+impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
+    pub(super) fn find_active_contacts(&mut self) -> Result<(), StepError> {
+        loop {
+            self.list_active_contacts()?;
+            let Self { rest, active: ActiveSet { jacobian, .. }, .. } = self;
+            if !rest.as_mut().is_some_and(|rest| rest.wake(jacobian)) {
+                break;
+            }
+        }
+        let Self { lasting, settings, active: ActiveSet { jacobian, .. }, next, .. } = self;
+        if let Some(lasting) = lasting {
+            lasting.assign(settings.theta, jacobian, &mut next.contacts);
+        }
+        Ok(())
+    }
+
+    fn list_active_contacts(&mut self) -> Result<(), StepError> {
+        let h = self.settings.step;
+        let (mut gap_tolerance, velocity_tolerance) = self.active.tolerances;
+        let mut reach = gap_tolerance;
+        if let Some(lasting) = &mut self.lasting {
+            lasting.clear();
+            if self.settings.activation.gap_tolerance.is_none() {
+                gap_tolerance = nalgebra::RealField::max(gap_tolerance, lasting.noise(h));
+            }
+            reach = gap_tolerance + lasting.reach();
+        }
+        let rule = self.settings.activation.rule;
+        self.active.candidates.clear();
+        let Self {
+            system,
+            state,
+            next: Next { place, scratch, .. },
+            rest,
+            active: ActiveSet { candidates, crossed, .. },
+            ..
+        } = self;
+        if rule == ActivationRule::CurrentGap {
+            place.copy_from_slice(&state.q);
+        } else {
+            scratch.iter_mut().zip(&state.v).for_each(|(s, &v)| *s = h * v);
+            system.advance(&state.q, scratch, place);
+        }
+        let asleep = rest.as_ref().map_or(&[][..], |rest| rest.asleep());
+        match rest {
+            Some(_) => system.awake_candidates(place, reach, asleep, candidates),
+            None => system.candidates(place, reach, candidates),
+        }
+        crossed.find(&mut **system, &state.q, (h, &state.v), asleep, candidates);
+        self.active.candidates.sort_unstable_by_key(|candidate| candidate.id);
+        self.active.jacobian.clear();
+        self.next.contacts.clear();
+        let theta = self.settings.theta;
+        let mut known = 0;
+        for i in 0..self.active.candidates.len() {
+            let Candidate { id, interface, gap } = self.active.candidates[i];
+            if !all_finite([&gap]) {
+                return Err(self.contact_error(id, "gap"));
+            }
+            if interface >= self.laws.len() {
+                return Err(self.unknown(id, "interface", interface, self.laws.len()));
+            }
+            let row = self.active.jacobian.rows();
+            let Next { scratch, place, .. } = &mut self.next;
+            let place = self.active.crossed.place(id, &*self.system, (h, &self.state), (scratch, place));
+            self.system.jacobian(id, place, &mut self.active.jacobian);
+            let dofs = self.state.v.len();
+            if let Some(column) = self.active.jacobian.largest_column(row).filter(|&column| column >= dofs) {
+                return Err(self.unknown(id, "degree of freedom", column, dofs));
+            }
+            let before = self.active.jacobian.velocity(row, &self.state.v);
+            if !all_finite(before.iter()) {
+                return Err(self.contact_error(id, "Jacobian"));
+            }
+            let closing = before[0] <= velocity_tolerance;
+            let mut lasts = false;
+            if let Some(lasting) = &mut self.lasting {
+                let last = &self.last.contacts;
+                known += last[known..].iter().take_while(|contact| contact.id < id).count();
+                let last = last.get(known).filter(|contact| contact.id == id);
+                let carried = last.is_some_and(|contact| contact.percussion[0] > T::zero());
+                let tolerances = (gap_tolerance, velocity_tolerance);
+                let pace = lasting.pace(
+                    (&self.active.jacobian, row),
+                    h,
+                    (id, carried),
+                    (gap, before[0]),
+                    tolerances,
+                );
+                // A contact that separates is no impact either: it may have to be kept from closing.
+                lasts = pace == Pace::Lasting || !closing;
+                if pace == Pace::Lasting || gap <= gap_tolerance {
+                    let slow = pace != Pace::Fast;
+                    // What is closed to the tolerance is closed: its rounding is no motion.
+                    let start = if slow { self.system.gap(id, &self.state.q) } else { T::zero() };
+                    let start = if start > gap_tolerance { start } else { T::zero() };
+                    lasting.push(&self.active.jacobian, row, h, (id, start), pace);
+                } else {
+                    self.active.jacobian.truncate(row);
+                    continue;
+                }
+            } else if rule == ActivationRule::MoreauJean && !closing {
+                self.active.jacobian.truncate(row);
+                continue;
+            }
+            let contact = ContactStep::starting(id, interface, (gap, before), (theta, lasts));
+            self.next.contacts.push(contact);
+        }
+        Ok(())
+    }
+}
