@@ -10,6 +10,7 @@ mod figures;
 mod lines;
 mod peer;
 mod profile;
+mod report;
 mod solve;
 mod sweep;
 #[cfg(feature = "figures")]
@@ -20,10 +21,8 @@ use std::path::{Path, PathBuf};
 
 pub use benchmark::{Benchmark, BenchmarkOptions, Measurement, Point, measure, measure_single, read};
 pub use profile::Profile;
-pub use solve::{
-    Certificate, STATUS_TOLERANCE, SolveOptions, SolveReport, Solved, Statuses, Verdict, solve_file,
-    solve_files,
-};
+pub use report::{Certificate, SolveReport, Statuses, Verdict};
+pub use solve::{STATUS_TOLERANCE, SolveOptions, Solved, solve_file, solve_files};
 pub use sweep::Sweep;
 pub use tables::{Ratio, SolverSummary};
 

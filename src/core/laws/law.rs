@@ -3,13 +3,9 @@
 use std::fmt::Debug;
 use std::ops::RangeInclusive;
 
-use nalgebra::{RealField, SVector};
+use nalgebra::SVector;
 
-use super::{Cone, Rows};
-
-/// The arithmetic a law needs: a real number that nalgebra computes with and that an error can print.
-pub trait Scalar: RealField + Copy + num_traits::ToPrimitive {}
-impl<T: RealField + Copy + num_traits::ToPrimitive> Scalar for T {}
+use super::{Cone, Rows, Scalar};
 
 /// What a law is asked: a contact that enters a step.
 ///

@@ -15,8 +15,10 @@ mod cone;
 mod entry;
 mod law;
 mod parameter;
+mod scalar;
 
 pub use cone::{Cone, Rows};
 pub use entry::{LawEntry, family};
-pub use law::{Approach, ContactLaw, Passage, Response, Scalar};
+pub use law::{Approach, ContactLaw, Passage, Response};
 pub use parameter::{Description, FRICTION, LawError, LawFamily, Parameter, RESTITUTION};
+pub use scalar::Scalar;

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::newton::Formulation;
+use super::{SettingsError, StoppingError};
 use crate::cone::ProblemError;
 use crate::linalg::NoPivot;
 
@@ -193,4 +194,33 @@ impl fmt::Display for RescueFailure {
         }
         Ok(())
     }
+}
+
+/// No solver of this name is registered.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum UnknownSolver {
+    /// The name is not in the registry.
+    #[error("no solver is called `{name}` (known: {known})")]
+    Name {
+        /// The name given.
+        name: String,
+        /// The registered names.
+        known: String,
+    },
+    /// The solver is not there in this arithmetic and contact dimension.
+    #[error("solver `{solver}` cannot be had in {scalar} with contacts of dimension {dimension}")]
+    Unsupported {
+        /// Name of the solver.
+        solver: &'static str,
+        /// The arithmetic.
+        scalar: &'static str,
+        /// Contact dimension.
+        dimension: usize,
+    },
+    /// The stopping rule is out of range.
+    #[error(transparent)]
+    Stopping(#[from] StoppingError),
+    /// The method refuses its own defaults.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
 }

@@ -43,7 +43,7 @@ pub use convex_fixed_point::{ConvexFixedPoint, ConvexFixedPointSettings, Polish}
 pub use entry::{SolverEntry, family};
 #[cfg(feature = "clarabel")]
 pub use error::ProgramError;
-pub use error::{Breakdown, BreakdownCause, Origin, RescueAttempt, RescueFailure, SolveError};
+pub use error::{Breakdown, BreakdownCause, Origin, RescueAttempt, RescueFailure, SolveError, UnknownSolver};
 pub use extragradient::{Extragradient, ExtragradientSettings, Projections};
 #[cfg(feature = "clarabel")]
 pub use feasibility::{Feasibility, Undecided, feasibility};
@@ -51,7 +51,7 @@ pub use hybrid::{Hybrid, HybridSettings};
 pub use newton::Formulation;
 pub use nsgs::{Nsgs, NsgsSettings};
 pub use proximal_newton::{ProximalNewton, ProximalNewtonSettings};
-pub use registry::{DEFAULT, SOLVERS, UnknownSolver, build, describe, families};
+pub use registry::{DEFAULT, SOLVERS, build, describe, families};
 pub use rescue::{RESCUE_TIME, rescue, solve_or_rescue};
 pub use semismooth_newton::{SemismoothNewton, SemismoothNewtonSettings};
 pub use settings::{Interval, SettingsError};

@@ -1,45 +1,15 @@
 //! The solvers by name: one line each.
 
 use super::cone_solver::{ConeSolver, Description, Method};
-use super::control::{Stopping, StoppingError};
+use super::control::Stopping;
 #[cfg(feature = "clarabel")]
 use super::convex_fixed_point;
 use super::entry::SolverEntry;
-use super::settings::SettingsError;
-use super::{admm, extragradient, hybrid, nsgs, proximal_newton, semismooth_newton};
+use super::{UnknownSolver, admm, extragradient, hybrid, nsgs, proximal_newton, semismooth_newton};
 use crate::scalar::Scalar;
 
 /// Name of the solver taken where none is chosen.
 pub const DEFAULT: &str = "hybrid";
-
-/// No solver of this name is registered.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum UnknownSolver {
-    /// The name is not in the registry.
-    #[error("no solver is called `{name}` (known: {known})")]
-    Name {
-        /// The name given.
-        name: String,
-        /// The registered names.
-        known: String,
-    },
-    /// The solver is not there in this arithmetic and contact dimension.
-    #[error("solver `{solver}` cannot be had in {scalar} with contacts of dimension {dimension}")]
-    Unsupported {
-        /// Name of the solver.
-        solver: &'static str,
-        /// The arithmetic.
-        scalar: &'static str,
-        /// Contact dimension.
-        dimension: usize,
-    },
-    /// The stopping rule is out of range.
-    #[error(transparent)]
-    Stopping(#[from] StoppingError),
-    /// The method refuses its own defaults.
-    #[error(transparent)]
-    Settings(#[from] SettingsError),
-}
 
 macro_rules! register {
     ($($(#[$meta:meta])* $module:ident :: $solver:ident),+ $(,)?) => {

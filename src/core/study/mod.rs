@@ -85,6 +85,7 @@ mod errors;
 mod figures;
 mod finest;
 mod format;
+mod job;
 mod journal;
 mod lines;
 mod plan;

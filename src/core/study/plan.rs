@@ -6,26 +6,15 @@ use std::path::{Path, PathBuf};
 use toml::Value;
 
 use super::format::{Axis, MarkSpec, ReferenceSpec, StudyFile};
+use super::job::Job;
 use super::settings::{RunSettings, SHORT, changes};
 use super::{StudyError, references};
 use crate::observe::Units;
 use crate::registry::Registry;
-use crate::scene::{Fingerprint, PlannedRun, Scene, contact_dimension};
+use crate::scene::{PlannedRun, Scene, contact_dimension};
 
 /// Runs a study may have.
 const MOST_RUNS: usize = 100_000;
-
-/// A run of a study.
-#[derive(Debug, Clone)]
-pub(super) struct Job {
-    pub(super) settings: RunSettings,
-    /// The scene with the settings.
-    pub(super) scene: Scene,
-    pub(super) run: PlannedRun,
-    pub(super) dimension: usize,
-    /// What all of the run depends on.
-    pub(super) key: Fingerprint,
-}
 
 /// A study of a scene: its runs in the order of the table, the last of its lists running fastest.
 #[derive(Debug)]

@@ -7,7 +7,7 @@ use super::ball::Ball;
 use super::bar::Bar;
 use super::finest::Sampled;
 use super::format::ReferenceSpec;
-use super::plan::Job;
+use super::job::Job;
 use super::reference::Reference;
 use super::{ReferenceError, StudyError};
 use crate::event_driven::Settings;

@@ -8,7 +8,7 @@ use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize};
 
 use super::errors::{ErrorRecorder, Errors, Norm};
-use super::plan::Job;
+use super::job::Job;
 use super::reference::Reference;
 use super::runner::{Runner, RunnerError};
 use crate::observe::{Frame, ObserveError, Observer};

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-use super::plan::Job;
+use super::job::Job;
 use crate::registry::Registry;
 use crate::scene::SceneError;
 use crate::scheme::{RestoreError, Snapshot};

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex};
 
 use super::engine::{Tasks, complete, spread};
-use super::plan::Job;
+use super::job::Job;
 use super::reference::Reference;
 use super::references::Target;
 use super::run::{RunOutcome, measure};

@@ -8,6 +8,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::test_runner::{TestCaseError, TestError};
 
+use super::strategies::asked;
 use super::{RandomSystem, Suite, SuiteFailure, check_claim_is_sharp, random_system};
 use crate::cone::{ConeProblem, largest_eigenvalue};
 use crate::contact::pose;
@@ -181,14 +182,6 @@ pub fn check_lasting<const D: usize>(
         Ok(())
     });
     run.map_err(failure::<D, _>("lasting contacts dissipate", solver))
-}
-
-/// What a law is asked of a contact with the rows that it needs.
-pub(super) fn asked<'a, const D: usize>(
-    law: &dyn ContactLaw<f64, D>,
-    at: Approach<'a, f64, D>,
-) -> Approach<'a, f64, D> {
-    if D > 2 && law.rows() == Rows::Rolling { at.with_rows(Rows::Rolling) } else { at }
 }
 
 fn build<const D: usize>(name: &str) -> Result<Box<dyn ConeSolver<f64, D>>, TestCaseError> {

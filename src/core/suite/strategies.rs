@@ -5,6 +5,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 
 use crate::cone::{BlockMatrix, Cone, ConeProblem};
+use crate::laws::{Approach, ContactLaw, Rows};
 use crate::linalg::BlockRows;
 
 /// A system of diagonal mass at an impact: M, H, v_k and v_free.
@@ -91,4 +92,12 @@ pub fn random_system<const D: usize>(most: usize) -> impl Strategy<Value = Rando
             RandomSystem { mass, jacobian, before, free }
         })
     })
+}
+
+/// What a law is asked of a contact with the rows that it needs.
+pub(super) fn asked<'a, const D: usize>(
+    law: &dyn ContactLaw<f64, D>,
+    at: Approach<'a, f64, D>,
+) -> Approach<'a, f64, D> {
+    if D > 2 && law.rows() == Rows::Rolling { at.with_rows(Rows::Rolling) } else { at }
 }

@@ -4,7 +4,7 @@ use nalgebra::SVector;
 use proptest::collection::vec;
 use proptest::strategy::{Strategy, ValueTree};
 
-use super::laws::asked;
+use super::strategies::asked;
 use super::{Draw, RandomSystem, Suite, SuiteFailure, random_system};
 use crate::cone::solve_one_contact;
 use crate::contact::pose;
