@@ -4,10 +4,14 @@
 mod csv;
 #[cfg(feature = "figures")]
 mod figures;
+#[cfg(feature = "outputs")]
+mod penetration;
 mod recording;
 mod series;
 #[cfg(feature = "outputs")]
 mod summary;
+#[cfg(feature = "outputs")]
+mod table;
 mod units;
 #[cfg(feature = "vtk")]
 mod vtk;
@@ -16,6 +20,8 @@ mod vtk;
 pub use self::csv::{CsvFiles, CsvMark, Rates};
 #[cfg(feature = "figures")]
 pub use figures::{comparison_figure, elastic_figure, mesh_figure, run_figure};
+#[cfg(feature = "outputs")]
+pub use penetration::Penetration;
 pub use recording::{ContactRecord, Recorder, Recording};
 pub use series::{RunSeries, SeriesMark, SeriesRecorder};
 #[cfg(feature = "outputs")]

@@ -196,7 +196,7 @@ fn settings<T: Scalar>(scene: &Scene) -> Settings<T> {
     };
     Settings {
         theta: lit(time.theta),
-        step: lit(time.step),
+        step: lit(scene.step_length()),
         activation,
         allow_unproved_theta: time.allow_unproved_theta,
         lasting: time.lasting,

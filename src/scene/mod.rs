@@ -16,6 +16,7 @@ mod names;
 mod plan;
 mod solid;
 mod time;
+mod warnings;
 
 pub use build::{build, contact_dimension};
 pub use error::{SceneError, line_and_column};
@@ -29,3 +30,4 @@ pub use instance::{InKind, in_kind};
 pub use plan::{Overrides, PlannedRun};
 pub use solid::{MeshSpec, PreloadSpec, PrescribedSpec, SolidSpec, SupportName, TractionSpec};
 pub use time::{AdaptiveSpec, TimeSpec};
+pub use warnings::SceneWarning;

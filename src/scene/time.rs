@@ -15,8 +15,11 @@ pub struct TimeSpec {
     pub step: f64,
     /// Error control, where the file says `step = "adaptive"`.
     pub adaptive: Option<AdaptiveSpec>,
-    /// End of the run (s); it starts at 0.
+    /// End of the run (s); it starts at 0. The last step is shortened to end there, and a step longer than the run is the run;
+    /// where displacements move or bodies may sleep, whose steps have one length, the run stops at the last whole step.
     pub end: f64,
+    /// Make the last step as long as the others, past the end where that is no multiple of the step.
+    pub whole_steps: bool,
     /// Scheme parameter θ ∈ [0, 1] (dimensionless).
     pub theta: f64,
     /// Accept a θ outside the interval in which a law is proved dissipative.
@@ -89,6 +92,8 @@ struct TimeFields {
     max_step: Option<f64>,
     max_steps: Option<usize>,
     end: f64,
+    #[serde(default)]
+    whole_steps: bool,
     #[serde(default = "half")]
     theta: f64,
     #[serde(default)]
@@ -179,6 +184,7 @@ impl TryFrom<TimeFields> for TimeSpec {
             step,
             adaptive,
             end,
+            whole_steps: fields.whole_steps,
             theta: fields.theta,
             allow_unproved_theta: fields.allow_unproved_theta,
             lasting: fields.lasting,
