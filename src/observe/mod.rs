@@ -1,5 +1,7 @@
 //! Observers: what is kept of a run. The scheme knows none of them.
 
+#[cfg(feature = "hdf5")]
+mod binary;
 #[cfg(feature = "outputs")]
 mod csv;
 #[cfg(feature = "figures")]
@@ -16,6 +18,8 @@ mod units;
 #[cfg(feature = "vtk")]
 mod vtk;
 
+#[cfg(feature = "hdf5")]
+pub use self::binary::write_tables;
 #[cfg(feature = "outputs")]
 pub use self::csv::{CsvFiles, CsvMark, Rates};
 #[cfg(feature = "figures")]

@@ -146,7 +146,8 @@ impl Scene {
         let path = folder.join("summary.json");
         let summary = AtomicFile::create(&path).map_err(cannot_write(&path))?;
         let (mut series, mut done) = (Vec::new(), 0);
-        manifest.announce(self.files(options, &runs))?;
+        let has_mesh = simulations.first().is_some_and(|simulation| simulation.mesh().is_some());
+        manifest.announce(self.files(options, &runs, has_mesh))?;
         if let Some(checkpoint) = &checkpoint {
             done = checkpoint.finished.len();
             (written.summaries, series) = checkpoint.finished.iter().cloned().unzip();
@@ -170,6 +171,10 @@ impl Scene {
             }
         }
         tables.commit()?;
+        #[cfg(feature = "hdf5")]
+        if self.output.hdf5 {
+            crate::observe::write_tables(folder)?;
+        }
         self.write_summary(summary, options, &written)?;
         let mut made = Vec::new();
         if options.figures {
@@ -190,6 +195,9 @@ impl Scene {
         if self.output.vtk_every.is_some() && !cfg!(feature = "vtk") {
             warnings.push(Warning::NotBuilt { key: "output.vtk_every", feature: "vtk" });
         }
+        if self.output.hdf5 && !cfg!(feature = "hdf5") {
+            warnings.push(Warning::NotBuilt { key: "output.hdf5", feature: "hdf5" });
+        }
         // The runs start from the same state.
         let Some(simulation) = simulations.first_mut() else { return Ok(warnings) };
         let notes = simulation.mesh().map(|mesh| mesh.notes().to_vec()).unwrap_or_default();
@@ -205,15 +213,19 @@ impl Scene {
     }
 
     /// Names of the files that the runs may write.
-    fn files(&self, options: &WriteOptions, runs: &[PlannedRun]) -> Vec<String> {
+    fn files(&self, options: &WriteOptions, runs: &[PlannedRun], has_mesh: bool) -> Vec<String> {
         let mut names: Vec<String> =
             ["trajectory.csv", "contacts.csv", "energy.csv", "summary.json"].map(String::from).into();
         let stems = runs.iter().map(|run| self.file_name(&run.law, &run.solver));
         if self.output.vtk_every.is_some() && cfg!(feature = "vtk") {
             names.extend(stems.clone().flat_map(|name| [format!("{name}.pvd"), format!("{name}/*")]));
         }
+        if self.output.hdf5 && cfg!(feature = "hdf5") {
+            names.push("tables.h5".into());
+        }
         if options.figures {
-            let stems = stems.chain(["mesh", "comparison"].map(String::from));
+            let mesh = has_mesh.then(|| "mesh".to_string());
+            let stems = stems.chain(mesh).chain((runs.len() > 1).then(|| "comparison".to_string()));
             names.extend(stems.flat_map(|name| [format!("{name}.svg"), format!("{name}.png")]));
         }
         names

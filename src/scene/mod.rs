@@ -7,6 +7,7 @@
 //! same run.
 
 mod build;
+mod decompose;
 mod error;
 mod event_driven;
 mod fingerprint;
@@ -15,6 +16,7 @@ mod instance;
 mod names;
 mod plan;
 mod solid;
+mod theta;
 mod time;
 mod warnings;
 

@@ -35,6 +35,8 @@ pub struct PlannedRun {
     pub law: String,
     /// Cone solver.
     pub solver: String,
+    /// Scheme parameter θ: the scene's, or one that suits the laws of the run.
+    pub theta: f64,
     /// Number of steps; 0 under error control, which chooses it.
     pub steps: usize,
     /// Length of the last step (s) where it is shorter than the others, so that it ends at the end time.
@@ -51,7 +53,7 @@ impl Scene {
             self.solvers.clone_from(&overrides.solvers);
         }
         let time = &mut self.time;
-        time.theta = overrides.theta.unwrap_or(time.theta);
+        time.theta = overrides.theta.or(time.theta);
         time.step = overrides.step.unwrap_or(time.step);
         time.end = overrides.end.unwrap_or(time.end);
         if overrides.step.is_some() {
@@ -74,7 +76,8 @@ impl Scene {
     /// The runs, laws first.
     ///
     /// # Errors
-    /// [`SceneError::Empty`], an unknown law or solver, a step or an end time out of range.
+    /// [`SceneError::Empty`], an unknown law or solver, a step or an end time out of range, a law that cannot be made, a θ
+    /// that is not for the laws.
     pub fn runs(&self, registry: &Registry) -> Result<Vec<PlannedRun>, SceneError> {
         for (what, empty) in [("law", self.laws.is_empty()), ("solver", self.solvers.is_empty())] {
             if empty {
@@ -105,10 +108,15 @@ impl Scene {
             return Err(SceneError::OutOfRange { what, value: 0.0, range: "at least 1" });
         }
         let (steps, last_step) = self.steps()?;
-        let with_solvers =
-            |law: &String| self.solvers.iter().map(|s| (law.clone(), s.clone())).collect::<Vec<_>>();
-        let pairs = self.laws.iter().flat_map(with_solvers);
-        Ok(pairs.map(|(law, solver)| PlannedRun { law, solver, steps, last_step }).collect())
+        let mut runs = Vec::new();
+        for law in &self.laws {
+            let theta = self.theta(law, registry)?;
+            for solver in &self.solvers {
+                let (law, solver) = (law.clone(), solver.clone());
+                runs.push(PlannedRun { law, solver, theta, steps, last_step });
+            }
+        }
+        Ok(runs)
     }
 
     fn steps(&self) -> Result<(usize, Option<f64>), SceneError> {

@@ -20,8 +20,9 @@ pub struct TimeSpec {
     pub end: f64,
     /// Make the last step as long as the others, past the end where that is no multiple of the step.
     pub whole_steps: bool,
-    /// Scheme parameter θ ∈ [0, 1] (dimensionless).
-    pub theta: f64,
+    /// Scheme parameter θ ∈ [0, 1] (dimensionless); where absent the nearest to ½ for which every law of a run is proved
+    /// dissipative.
+    pub theta: Option<f64>,
     /// Accept a θ outside the interval in which a law is proved dissipative.
     pub allow_unproved_theta: bool,
     /// Contacts that carried a percussion and are slow are no impacts; `false` takes the rule of the active set literally.
@@ -94,8 +95,7 @@ struct TimeFields {
     end: f64,
     #[serde(default)]
     whole_steps: bool,
-    #[serde(default = "half")]
-    theta: f64,
+    theta: Option<f64>,
     #[serde(default)]
     allow_unproved_theta: bool,
     #[serde(default = "yes")]
@@ -109,10 +109,6 @@ struct TimeFields {
     gap_tolerance: Option<f64>,
     velocity_tolerance: Option<f64>,
     joint_tolerance: Option<f64>,
-}
-
-fn half() -> f64 {
-    0.5
 }
 
 fn one() -> f64 {
