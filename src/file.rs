@@ -27,12 +27,7 @@ impl AtomicFile {
             Some(folder) if !folder.as_os_str().is_empty() => folder,
             _ => Path::new("."),
         };
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(PREFIX).rand_bytes(RANDOM);
-        // Results are for others to read, as far as the umask lets them.
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        let draft = builder.tempfile_in(folder)?;
+        let draft = draft_in(folder)?;
         // Held while the draft is written, which tells it from one that a killed program left. Where there are no locks,
         // drafts that are left stay.
         #[cfg(unix)]
@@ -61,6 +56,19 @@ impl AtomicFile {
         self.draft.as_file().sync_all()?;
         self.draft.persist(&self.path).map(drop).map_err(|error| error.error)
     }
+}
+
+/// A new draft in a folder, which nobody holds; it is removed when it is dropped.
+///
+/// # Errors
+/// What the system says.
+pub fn draft_in(folder: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(PREFIX).rand_bytes(RANDOM);
+    // Results are for others to read, as far as the umask lets them.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(folder)
 }
 
 /// How the name of a draft begins, and how many letters and digits follow.

@@ -84,7 +84,8 @@ impl Mesh {
                 ("Elements", Some(version @ (Version::V40 | Version::V41))) => {
                     msh_4::elements(&mut cursor, &mut content, version)?;
                 }
-                ("Nodes", Some(_)) => msh_2::nodes(&mut cursor, &mut content)?,
+                ("Nodes", Some(_)) => msh_2::nodes(&mut cursor, &mut content, false)?,
+                ("ParametricNodes", Some(_)) => msh_2::nodes(&mut cursor, &mut content, true)?,
                 ("Elements", Some(_)) => msh_2::elements(&mut cursor, &mut content)?,
                 (other, _) => {
                     cursor.skip_section(other)?;

@@ -5,10 +5,21 @@ use super::kinds::Kind;
 use super::msh::{Content, Member, positive};
 use super::sections::{Cursor, Encoding};
 
-pub(super) fn nodes(cursor: &mut Cursor<'_>, content: &mut Content) -> Result<(), MeshError> {
+/// `$Nodes`, or `$ParametricNodes`, which say as well where each node is on its geometric entity.
+pub(super) fn nodes(
+    cursor: &mut Cursor<'_>,
+    content: &mut Content,
+    parametric: bool,
+) -> Result<(), MeshError> {
     for _ in 0..cursor.text_count()? {
         let tag = positive(cursor.int()?, cursor)?;
         content.nodes.push((tag, [cursor.real()?, cursor.real()?, cursor.real()?]));
+        if parametric {
+            let (dimension, _) = (cursor.int()?, cursor.int()?);
+            for _ in 0..if (1..=2).contains(&dimension) { dimension } else { 0 } {
+                cursor.real()?;
+            }
+        }
     }
     Ok(())
 }

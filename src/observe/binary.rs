@@ -11,6 +11,7 @@ use hdf5_pure::{
 };
 
 use super::ObserveError;
+use crate::file::draft_in;
 
 /// Name of the file in the folder of the tables.
 const NAME: &str = "tables.h5";
@@ -112,8 +113,7 @@ pub fn write_tables(folder: &Path) -> Result<(), ObserveError> {
             .with_deflate(1);
         all.push((name, source, columns));
     }
-    let draft = tempfile::Builder::new().prefix(".partial-").rand_bytes(6).tempfile_in(folder);
-    let draft = draft.map_err(|error| failed(&error))?;
+    let draft = draft_in(folder).map_err(|error| failed(&error))?;
     builder.write(draft.path()).map_err(|error| failed(&error))?;
     let access =
         FileAccessProperties::new().with_locking(FileLocking::Disabled).with_sync_policy(SyncPolicy::OnClose);

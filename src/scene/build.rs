@@ -77,7 +77,9 @@ pub fn contact_dimension(
             .collect();
         if let Some(parameter) = interface.parameters.keys().find(|p| !known.contains(&p.as_str())) {
             let (interface, parameter) = (interface.label(), parameter.clone());
-            return Err(SceneError::UnusedParameter { interface, parameter });
+            let known: std::collections::BTreeSet<&str> = known.into_iter().collect();
+            let known = known.into_iter().collect::<Vec<_>>().join(", ");
+            return Err(SceneError::UnusedParameter { interface, parameter, known });
         }
     }
     if let Some(solid) = &scene.solid

@@ -68,12 +68,14 @@ pub enum SceneError {
         known: String,
     },
     /// A parameter that no law of the interface has.
-    #[error("interface {interface}: no law of the scene has a parameter `{parameter}`")]
+    #[error("interface {interface}: no law of the scene has a parameter `{parameter}` (known: {known})")]
     UnusedParameter {
         /// The interface, as its two sides.
         interface: String,
         /// The parameter.
         parameter: String,
+        /// Those that the laws have.
+        known: String,
     },
     /// A number is outside its range.
     #[error("{what} is {value}, it must be {range}")]

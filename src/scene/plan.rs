@@ -138,7 +138,7 @@ impl Scene {
             return Err(SceneError::OutOfRange { what, value: steps, range: "at most 1e15" });
         }
         let is_short = steps > 1.0 && exact < steps - ROUNDING && !self.time.whole_steps;
-        Ok((steps as usize, is_short.then(|| end - (steps - 1.0) * step)))
+        Ok((steps as usize, is_short.then_some(end - (steps - 1.0) * step)))
     }
 
     /// Length of the steps (s): never longer than the run, unless it may end after its end time.

@@ -113,6 +113,16 @@ fn partitions_and_periodic_sections_change_nothing() {
 }
 
 #[test]
+fn nodes_with_their_place_on_an_entity_are_nodes() {
+    let plain = square("2.2", TRIANGLES);
+    let start = plain.find("$Nodes").expect("a section");
+    let end = plain.find("$Elements").expect("a section");
+    let nodes = "$ParametricNodes\n4\n1 0 0 0 0 1\n2 1 0 0 1 1 1.0\n3 1 1 0 2 6 1.0 1.0\n4 0 1 0 1 4 0.0\n$EndParametricNodes\n";
+    let text = format!("{}{nodes}{}", &plain[..start], &plain[end..]);
+    assert_eq!(parse(&text), parse(&plain));
+}
+
+#[test]
 fn clockwise_triangles_are_turned_and_said_to_be() {
     let mesh = parse(&square("2.2", "2 2 2 2 6 1 3 2\n3 2 2 2 6 1 4 3\n")).expect("a clockwise mesh");
     assert!((area(&mesh) - 1.0).abs() < 1e-15);
