@@ -25,7 +25,10 @@ const ROOMS: &[(&str, &[&str])] = &[
         "observe",
         &["contact", "energy", "file", "laws", "linalg", "mesh", "plot", "scalar", "scheme", "system"],
     ),
-    ("simulate", &["adaptive", "contact", "energy", "linalg", "mesh", "observe", "scalar", "scheme"]),
+    (
+        "simulate",
+        &["adaptive", "contact", "energy", "fclib", "linalg", "mesh", "observe", "scalar", "scheme"],
+    ),
     ("planar", &["laws", "observe", "scalar", "scheme", "simulate", "solver", "system"]),
     ("fclib", &["cone", "file", "linalg", "scalar"]),
     (
@@ -50,7 +53,10 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("collection", &["cone", "fclib", "file", "plot", "registry", "scalar", "solver"]),
     (
         "run",
-        &["contact", "file", "mesh", "observe", "plot", "registry", "scalar", "scene", "scheme", "simulate"],
+        &[
+            "adaptive", "contact", "fclib", "file", "mesh", "observe", "plot", "registry", "scalar", "scene",
+            "scheme", "simulate",
+        ],
     ),
     (
         "study",

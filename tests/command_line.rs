@@ -270,7 +270,7 @@ fn the_summary_has_the_keys_it_promises() {
     let output = bench.run(&bench.scene(STICK), &["--no-figures", "--solver", "nsgs", "--end", "0.07"]);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     let summary = bench.summary();
-    assert_eq!(keys(&summary), ["runs", "scene", "title"]);
+    assert_eq!(keys(&summary), ["runs", "scene", "title", "warnings"]);
     let runs = summary["runs"].as_array().expect("a list");
     assert_eq!(runs.len(), 2);
     for run in runs {
@@ -294,7 +294,7 @@ fn the_summary_has_the_keys_it_promises() {
             "impacts",
         ];
         // Beyond the promise: the scale of round-off, impacts not listed one by one, and why a run stopped early.
-        promised.extend(["max_energy", "impact_count", "stopped"]);
+        promised.extend(["max_energy", "impact_count", "penetration", "stopped"]);
         promised.extend(["adaptive", "contact_work", "external_work", "tangential_work_steps", "rescues"]);
         promised.sort_unstable();
         assert_eq!(keys(run), promised);
@@ -514,7 +514,7 @@ fn error_control_is_asked_for_in_the_scene_or_on_the_command_line() {
         }
         // The last row of the trajectory is at the end, and there is one for the start and for every step.
         let rows = fs::read_to_string(bench.results().join("trajectory.csv")).expect("a table");
-        assert!(rows.lines().last().is_some_and(|row| row.contains(",2e0,")), "{rows}");
+        assert!(rows.lines().last().is_some_and(|row| row.contains(",2.0,")), "{rows}");
         assert!(self::text(&output.stdout).contains("steps kept of"), "{}", self::text(&output.stdout));
     }
     for option in ["--checkpoint=10", "--resume=results"] {

@@ -74,6 +74,12 @@ fn survives(name: &str, scene: &str, options: &[&str], every: &str, files: &[&st
         run(&again);
     }
     assert!(!killed.join("checkpoint").exists(), "{name}: a run that is over leaves no checkpoint");
+    let names = |folder: &Path| {
+        let entries =
+            std::fs::read_dir(folder).expect("results").map(|entry| entry.expect("readable").file_name());
+        entries.collect::<std::collections::BTreeSet<_>>()
+    };
+    assert_eq!(names(&killed), names(&whole), "{name}: kills left something behind");
     for file in files {
         let [a, b] = [&whole, &killed].map(|folder| untimed(&folder.join(file)));
         assert!(!a.is_empty() && a == b, "{name}: {file} differs after {kills} kills");

@@ -27,12 +27,12 @@ impl AtomicFile {
             Some(folder) if !folder.as_os_str().is_empty() => folder,
             _ => Path::new("."),
         };
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".partial-");
-        // Results are for others to read, as far as the umask lets them.
+        let draft = draft_in(folder)?;
+        // Held while the draft is written, which tells it from one that a killed program left. Where there are no locks,
+        // drafts that are left stay.
         #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        Ok(Self { path: path.into(), draft: builder.tempfile_in(folder)? })
+        let _without = draft.as_file().try_lock();
+        Ok(Self { path: path.into(), draft })
     }
 
     /// The destination.
@@ -56,6 +56,48 @@ impl AtomicFile {
         self.draft.as_file().sync_all()?;
         self.draft.persist(&self.path).map(drop).map_err(|error| error.error)
     }
+}
+
+/// A new draft in a folder, which nobody holds; it is removed when it is dropped.
+///
+/// # Errors
+/// What the system says.
+pub fn draft_in(folder: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(PREFIX).rand_bytes(RANDOM);
+    // Results are for others to read, as far as the umask lets them.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(folder)
+}
+
+/// How the name of a draft begins, and how many letters and digits follow.
+const PREFIX: &str = ".partial-";
+const RANDOM: usize = 6;
+
+/// Removes the drafts in a folder that killed programs left: those that nobody holds.
+///
+/// # Errors
+/// What the system says of the folder, but for one that is not there.
+pub fn remove_drafts(folder: &Path) -> io::Result<()> {
+    let entries = match std::fs::read_dir(folder) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
+        entries => entries?,
+    };
+    for entry in entries {
+        let path = entry?.path();
+        let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+        let random = name.strip_prefix(PREFIX).unwrap_or_default();
+        if random.len() != RANDOM || !random.bytes().all(|b| b.is_ascii_alphanumeric()) {
+            continue;
+        }
+        // Another program may have moved it to its place in the meantime.
+        let Ok(file) = File::open(&path) else { continue };
+        if file.try_lock().is_ok() {
+            let _gone = std::fs::remove_file(&path);
+        }
+    }
+    Ok(())
 }
 
 impl Write for AtomicFile {

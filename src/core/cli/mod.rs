@@ -75,7 +75,7 @@ struct RunArguments {
     /// Accept a θ outside the interval in which a law is proved dissipative.
     #[arg(long)]
     allow_unproved_theta: bool,
-    /// Mesh of the elastic body (Gmsh, MSH 4.1 or 2.2), in place of the scene's.
+    /// Mesh of the elastic body (Gmsh, MSH 2.0 to 4.1), in place of the scene's.
     #[arg(long)]
     mesh: Option<PathBuf>,
     /// Folder of the results [default: out/<name of the scene file>].
@@ -84,6 +84,9 @@ struct RunArguments {
     /// Write no figures.
     #[arg(long)]
     no_figures: bool,
+    /// Write cone problems that no solver solves to this folder, as FCLIB files.
+    #[arg(long, value_name = "DIR")]
+    save_failures: Option<PathBuf>,
     /// Leave a checkpoint every so many steps, which --resume goes on from.
     #[arg(long, value_name = "STEPS", conflicts_with = "resume", value_parser = clap::value_parser!(u64).range(1..))]
     checkpoint: Option<u64>,

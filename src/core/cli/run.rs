@@ -14,6 +14,9 @@ use crate::simulate::Sink;
 /// Runs the scene named in `arguments`.
 pub(super) fn run(arguments: &RunArguments, registry: &Registry) -> Result<ExitCode, Box<dyn Error>> {
     let mut scene = Scene::read(&arguments.scene)?;
+    if arguments.mesh.is_some() && scene.solid.is_none() {
+        return Err("--mesh takes the place of the mesh of [solid], and the scene has no [solid]".into());
+    }
     scene.override_with(&Overrides {
         laws: arguments.law.clone(),
         solvers: arguments.solver.clone(),
@@ -33,12 +36,10 @@ pub(super) fn run(arguments: &RunArguments, registry: &Registry) -> Result<ExitC
                 .into(),
         );
     }
-    if scene.output.vtk_every.is_some() && !cfg!(feature = "vtk") {
-        eprintln!("warning: this program was built without the feature `vtk`: no VTK files");
-    }
     let options = WriteOptions::new(folder(arguments))
         .scene_file(&arguments.scene)
         .figures(!arguments.no_figures)
+        .failures(arguments.save_failures.clone())
         .checkpoints(match (&arguments.resume, arguments.checkpoint) {
             (Some(_), _) => Checkpoints::Resume,
             (None, Some(every)) => Checkpoints::Every(every as usize),
@@ -53,8 +54,14 @@ pub(super) fn run(arguments: &RunArguments, registry: &Registry) -> Result<ExitC
     let written = scene.write(registry, &options, &mut watch, interrupt_flag()?)?;
     report::runs(&scene.title, &written.summaries, scene.units.units())?;
     println!("\nresults in {}", options.folder.display());
+    for warning in &written.warnings {
+        eprintln!("warning: {warning}");
+    }
     if let Some((run, error)) = &written.failure {
         eprintln!("error: {run}: {error}");
+    }
+    for problem in &written.problems {
+        eprintln!("the problem that was not solved is in {}", problem.display());
     }
     Ok(match (written.interrupted, written.failure.is_some()) {
         (true, _) => ExitCode::from(INTERRUPTED),

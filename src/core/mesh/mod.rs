@@ -1,13 +1,18 @@
 //! Meshes with named groups: read from Gmsh files or built in, and checked before anything is computed on them.
 
 mod error;
+mod kinds;
 mod msh;
+mod msh_2;
+mod msh_4;
 mod rectangle;
 mod sections;
+mod select;
+mod sound;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
-pub use error::MeshError;
+pub use error::{MeshError, MeshNote};
 pub use rectangle::{Pattern, rectangle};
 
 /// A node: the number it has in the file, and where it is.
@@ -58,82 +63,23 @@ pub struct Element {
 /// A mesh of triangles in the plane (dimension 2), or of lines on the x axis (dimension 1), with named groups of
 /// elements of any dimension.
 ///
-/// Every mesh in hand is sound: elements of the body have positive measure, and every node belongs to one.
+/// Every mesh in hand is sound: elements of the body have positive measure, do not overlap their neighbours, and every
+/// node belongs to one.
+///
+/// Where a group is asked for, a part of the boundary may be selected in its place: `left`, `right`, `bottom`, `top`
+/// (within 1e-6 of the body's extent), `boundary`, `x < 1e-6` (or `<=`, `>`, `>=`, `=`, of x or y; all nodes of an edge),
+/// `normal -y` (outward normals within 45° of a direction of an axis), and several of these joined by `and`. A group of
+/// that name comes first.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh {
     dimension: usize,
     nodes: Vec<Node>,
     elements: Vec<Element>,
     groups: BTreeMap<String, Vec<usize>>,
+    notes: Vec<MeshNote>,
 }
 
 impl Mesh {
-    /// A mesh from its parts; the body is made of the triangles, or of the lines where there are none. Groups hold
-    /// indices of elements.
-    ///
-    /// # Errors
-    /// [`MeshError`] naming the element, node or group at fault.
-    pub fn new(
-        nodes: Vec<Node>,
-        elements: Vec<Element>,
-        groups: BTreeMap<String, Vec<usize>>,
-    ) -> Result<Self, MeshError> {
-        let dimension = elements.iter().map(|element| element.shape.dimension()).max().unwrap_or(0);
-        if dimension == 0 {
-            return Err(MeshError::Empty);
-        }
-        let mesh = Self { dimension, nodes, elements, groups };
-        mesh.check()?;
-        Ok(mesh)
-    }
-
-    fn check(&self) -> Result<(), MeshError> {
-        for node in &self.nodes {
-            for (axis, &value) in ['x', 'y'].into_iter().zip(&node.position) {
-                let on_line = self.dimension == 2 || axis == 'x' || value == 0.0;
-                let range = if on_line { "finite" } else { "0 in a mesh of lines, which lies on the x axis" };
-                if !value.is_finite() || !on_line {
-                    return Err(MeshError::Coordinate { node: node.tag, axis, value, range });
-                }
-            }
-        }
-        let unknown = |element: &Element, node: usize| MeshError::UnknownNode {
-            element: element.tag,
-            node: node as u64,
-        };
-        for element in &self.elements {
-            if let Some(&node) = element.shape.nodes().iter().find(|&&node| node >= self.nodes.len()) {
-                return Err(unknown(element, node));
-            }
-        }
-        let extent = self.extent();
-        let extent = extent[0].max(extent[1]);
-        let mut used = vec![false; self.nodes.len()];
-        for element in self.body() {
-            let (measure, value) = match element.shape {
-                Shape::Triangle(_) => ("area", self.measure(element)),
-                _ => ("length", self.measure(element)),
-            };
-            // Below round-off of the coordinates a measure says nothing.
-            if !(value > 1e-14 * extent.powi(self.dimension as i32)) {
-                let nodes = element.shape.nodes().iter().map(|&node| self.nodes[node].tag).collect();
-                return Err(MeshError::Inverted { element: element.tag, nodes, measure, value });
-            }
-            element.shape.nodes().iter().for_each(|&node| used[node] = true);
-        }
-        if let Some(at) = used.iter().position(|&used| !used) {
-            let Node { tag, position: [x, y] } = self.nodes[at];
-            return Err(MeshError::DanglingNode { node: tag, x, y });
-        }
-        for (name, members) in &self.groups {
-            if let Some(&index) = members.iter().find(|&&index| index >= self.elements.len()) {
-                let message = format!("group `{name}` names element {index} of {}", self.elements.len());
-                return Err(MeshError::Format { line: 0, message });
-            }
-        }
-        Ok(())
-    }
-
     /// A line of `elements` equal elements from x = 0 to `length`, with the groups `left` and `right` (points) and
     /// `body`.
     ///
@@ -180,59 +126,9 @@ impl Mesh {
         self.elements.iter().filter(|element| element.shape.dimension() == self.dimension)
     }
 
-    /// Names of the groups.
-    pub fn group_names(&self) -> impl Iterator<Item = &str> {
-        self.groups.keys().map(String::as_str)
-    }
-
-    /// Renames groups: each (old, new) pair.
-    ///
-    /// # Errors
-    /// [`MeshError::UnknownGroup`].
-    pub fn rename_groups<'a>(
-        &mut self,
-        names: impl IntoIterator<Item = (&'a str, &'a str)>,
-    ) -> Result<(), MeshError> {
-        for (old, new) in names {
-            self.group(old)?;
-            if let Some(members) = self.groups.remove(old) {
-                self.groups.insert(new.to_string(), members);
-            }
-        }
-        Ok(())
-    }
-
-    fn group(&self, name: &str) -> Result<&[usize], MeshError> {
-        self.groups.get(name).map(Vec::as_slice).ok_or_else(|| MeshError::UnknownGroup {
-            name: name.into(),
-            known: self.group_names().collect::<Vec<_>>().join(", "),
-        })
-    }
-
-    /// The nodes of a group, ascending.
-    ///
-    /// # Errors
-    /// [`MeshError::UnknownGroup`].
-    pub fn group_nodes(&self, name: &str) -> Result<Vec<usize>, MeshError> {
-        let members = self.group(name)?.iter().flat_map(|&index| self.elements[index].shape.nodes());
-        Ok(members.copied().collect::<BTreeSet<_>>().into_iter().collect())
-    }
-
-    /// The elements of a group, which must all have dimension `wanted`.
-    ///
-    /// # Errors
-    /// [`MeshError::UnknownGroup`], [`MeshError::GroupDimension`].
-    pub fn group_elements(&self, name: &str, wanted: usize) -> Result<Vec<Element>, MeshError> {
-        let members: Vec<Element> = self.group(name)?.iter().map(|&index| self.elements[index]).collect();
-        match members.iter().find(|element| element.shape.dimension() != wanted) {
-            Some(element) => Err(MeshError::GroupDimension {
-                name: name.into(),
-                element: element.tag,
-                given: element.shape.dimension(),
-                wanted,
-            }),
-            None => Ok(members),
-        }
+    /// What a reader of the mesh should know of it.
+    pub fn notes(&self) -> &[MeshNote] {
+        &self.notes
     }
 
     /// Length of a line, signed area of a triangle, 1 for a point.
@@ -249,12 +145,19 @@ impl Mesh {
         }
     }
 
+    /// Lower left and upper right corner of the bounding box.
+    pub fn corners(&self) -> [[f64; 2]; 2] {
+        let along = |axis: usize| self.nodes.iter().map(move |node| node.position[axis]);
+        [
+            std::array::from_fn(|axis| along(axis).fold(f64::INFINITY, f64::min)),
+            std::array::from_fn(|axis| along(axis).fold(f64::NEG_INFINITY, f64::max)),
+        ]
+    }
+
     /// Extents of the bounding box along x and y.
     pub fn extent(&self) -> [f64; 2] {
-        std::array::from_fn(|axis| {
-            let along = || self.nodes.iter().map(|node| node.position[axis]);
-            along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
-        })
+        let [low, high] = self.corners();
+        std::array::from_fn(|axis| high[axis] - low[axis])
     }
 }
 

@@ -1,35 +1,50 @@
-//! Gmsh MSH files, formats 4.1 and 2.2, as text and binary: <https://gmsh.info/doc/texinfo/gmsh.html#File-formats>.
+//! Gmsh MSH files, formats 2.0 to 4.1, as text and binary: <https://gmsh.info/doc/texinfo/gmsh.html#File-formats>.
 //!
 //! `mshio` 0.4 reads 4.1 alone and drops the names of physical groups, which boundary conditions need.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
 
-use super::sections::{Cursor, Encoding};
-use super::{Element, Mesh, MeshError, Node, Shape};
+use super::kinds::Kind;
+use super::sections::Cursor;
+use super::{Element, Mesh, MeshError, Node, Shape, msh_2, msh_4};
 
 /// What the sections of a file say.
 #[derive(Default)]
-struct Content {
-    /// Names of physical groups by (dimension, number).
-    names: HashMap<(usize, i64), String>,
-    /// Physical groups of geometric entities by (dimension, number); format 4.1.
-    entities: HashMap<(usize, i64), Vec<i64>>,
-    nodes: Vec<(u64, [f64; 3])>,
-    elements: Vec<Member>,
+pub(super) struct Content {
+    /// Names of physical groups by (dimension, number); those of format 2.0 have no dimension.
+    names: HashMap<(Option<usize>, i64), String>,
+    /// Physical groups of geometric entities by (dimension, number); formats 4.
+    pub(super) entities: HashMap<(usize, i64), Vec<i64>>,
+    /// The entity that a partitioned one is a part of, of the same dimension.
+    pub(super) parents: HashMap<(usize, i64), i64>,
+    pub(super) nodes: Vec<(u64, [f64; 3])>,
+    pub(super) elements: Vec<Member>,
 }
 
-/// An element with the tags of its nodes and its physical groups.
-struct Member {
-    tag: u64,
-    nodes: Vec<u64>,
-    physical: Vec<i64>,
+/// An element with the tags of its nodes, its physical groups, and dimension and number of its geometric entity.
+pub(super) struct Member {
+    pub(super) tag: u64,
+    pub(super) kind: Kind,
+    pub(super) nodes: Vec<u64>,
+    pub(super) physical: Vec<i64>,
+    pub(super) entity: (usize, i64),
+}
+
+/// Formats that differ in more than their number.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Version {
+    V20,
+    V22,
+    V40,
+    V41,
 }
 
 impl Mesh {
-    /// Reads a Gmsh file, format 4.1 or 2.2, text or binary. Physical groups become groups; one without a name is
-    /// called `dimension:number`. Triangles must lie in a plane z = const, run counter-clockwise, and make the
-    /// body; where there are none, lines on the x axis do.
+    /// Reads a Gmsh file, format 2.0, 2.1, 2.2, 4.0 or 4.1, text or binary. Physical groups become groups; one without
+    /// a name is called `dimension:number`. Geometric entities are groups as well: `point 1`, `curve 3`, `surface 2`.
+    /// Three-node triangles must lie in a plane z = const and make the body; where there are none, lines on the x axis
+    /// do. Partitions and sections that say nothing of nodes and elements are passed over.
     ///
     /// # Errors
     /// [`MeshError`] with the line, or naming the element, node or group at fault.
@@ -50,16 +65,28 @@ impl Mesh {
         while let Some(section) = cursor.next_section()? {
             match (section, version) {
                 ("MeshFormat", None) => version = Some(format(&mut cursor)?),
-                (_, None) => return Err(cursor.error("`$MeshFormat` must come first")),
-                ("PhysicalNames", _) => physical_names(&mut cursor, &mut content)?,
-                ("Entities", Some(Version::V4)) => entities(&mut cursor, &mut content)?,
-                ("PartitionedEntities", Some(Version::V4)) => {
-                    return Err(cursor.error("partitioned meshes are not read: save the mesh unpartitioned"));
+                ("NOD" | "ELM", _) => {
+                    return Err(cursor.error("MSH format 1 is not read; save it as format 2.2 or 4.1"));
                 }
-                ("Nodes", Some(Version::V4)) => nodes_4(&mut cursor, &mut content)?,
-                ("Nodes", Some(Version::V2)) => nodes_2(&mut cursor, &mut content)?,
-                ("Elements", Some(Version::V4)) => elements_4(&mut cursor, &mut content)?,
-                ("Elements", Some(Version::V2)) => elements_2(&mut cursor, &mut content)?,
+                ("PhysicalNames" | "Entities" | "PartitionedEntities" | "Nodes" | "Elements", None) => {
+                    return Err(cursor.error("`$MeshFormat` must come before it"));
+                }
+                ("PhysicalNames", Some(version)) => physical_names(&mut cursor, &mut content, version)?,
+                ("Entities", Some(version @ (Version::V40 | Version::V41))) => {
+                    msh_4::entities(&mut cursor, &mut content, (version, false))?;
+                }
+                ("PartitionedEntities", Some(version @ (Version::V40 | Version::V41))) => {
+                    msh_4::entities(&mut cursor, &mut content, (version, true))?;
+                }
+                ("Nodes", Some(version @ (Version::V40 | Version::V41))) => {
+                    msh_4::nodes(&mut cursor, &mut content, version)?;
+                }
+                ("Elements", Some(version @ (Version::V40 | Version::V41))) => {
+                    msh_4::elements(&mut cursor, &mut content, version)?;
+                }
+                ("Nodes", Some(_)) => msh_2::nodes(&mut cursor, &mut content, false)?,
+                ("ParametricNodes", Some(_)) => msh_2::nodes(&mut cursor, &mut content, true)?,
+                ("Elements", Some(_)) => msh_2::elements(&mut cursor, &mut content)?,
                 (other, _) => {
                     cursor.skip_section(other)?;
                     continue;
@@ -68,16 +95,10 @@ impl Mesh {
             cursor.end_section(section)?;
         }
         if version.is_none() {
-            return Err(cursor.error("not a mesh: `$MeshFormat` is missing"));
+            return Err(cursor.error("not a Gmsh mesh: `$MeshFormat` is missing"));
         }
         content.into_mesh()
     }
-}
-
-#[derive(Clone, Copy)]
-enum Version {
-    V2,
-    V4,
 }
 
 fn format(cursor: &mut Cursor<'_>) -> Result<Version, MeshError> {
@@ -87,9 +108,14 @@ fn format(cursor: &mut Cursor<'_>) -> Result<Version, MeshError> {
         return Err(cursor.error(format!("`{line}` is not `version type size`")));
     };
     let version = match version {
-        "4.1" => Version::V4,
-        "2.2" | "2.1" | "2" => Version::V2,
-        other => return Err(cursor.error(format!("MSH format {other} is not read; 4.1 and 2.2 are"))),
+        "4.1" => Version::V41,
+        "4" | "4.0" => Version::V40,
+        "2.2" | "2.1" => Version::V22,
+        "2" | "2.0" => Version::V20,
+        other => {
+            let message = format!("MSH format {other} is not read; 2.0, 2.1, 2.2, 4.0 and 4.1 are");
+            return Err(cursor.error(message));
+        }
     };
     if size != "8" {
         return Err(cursor.error(format!("numbers of {size} bytes are not read; 8 are")));
@@ -102,151 +128,54 @@ fn format(cursor: &mut Cursor<'_>) -> Result<Version, MeshError> {
     Ok(version)
 }
 
-fn physical_names(cursor: &mut Cursor<'_>, content: &mut Content) -> Result<(), MeshError> {
+fn physical_names(cursor: &mut Cursor<'_>, content: &mut Content, version: Version) -> Result<(), MeshError> {
     // Text in binary files as well.
     for _ in 0..cursor.text_count()? {
         let line = cursor.line()?;
-        let mut words = line.splitn(3, ' ');
-        let mut number = || words.next()?.parse::<i64>().ok();
-        let (dimension, tag) = (number(), number());
-        let name = words.next().map(|name| name.trim().trim_matches('"').to_string());
-        let (Some(dimension @ 0..=3), Some(tag), Some(name)) = (dimension, tag, name) else {
+        let mut rest = line;
+        let mut number = || {
+            let (word, after) = rest.split_once(|c: char| c.is_ascii_whitespace())?;
+            rest = after.trim_start();
+            word.parse::<i64>().ok()
+        };
+        let dimension = if version == Version::V20 { Some(None) } else { number().map(Some) };
+        let tag = number();
+        let dimension = dimension.and_then(|given| match given {
+            None => Some(None),
+            Some(dimension @ 0..=3) => Some(Some(dimension as usize)),
+            Some(_) => None,
+        });
+        let (Some(dimension), Some(tag)) = (dimension, tag) else {
             return Err(cursor.error(format!("`{line}` is not `dimension number \"name\"`")));
         };
-        content.names.insert((dimension as usize, tag), name);
+        content.names.insert((dimension, tag), rest.trim().trim_matches('"').to_string());
     }
     Ok(())
 }
 
-fn entities(cursor: &mut Cursor<'_>, content: &mut Content) -> Result<(), MeshError> {
-    let counts = [cursor.size()?, cursor.size()?, cursor.size()?, cursor.size()?];
-    for (dimension, count) in counts.into_iter().enumerate() {
-        for _ in 0..count {
-            let tag = cursor.int()?;
-            for _ in 0..if dimension == 0 { 3 } else { 6 } {
-                cursor.real()?;
-            }
-            let mut physical = Vec::new();
-            for _ in 0..cursor.size()? {
-                physical.push(cursor.int()?);
-            }
-            if dimension > 0 {
-                for _ in 0..cursor.size()? {
-                    cursor.int()?;
-                }
-            }
-            content.entities.insert((dimension, tag), physical);
-        }
-    }
-    Ok(())
-}
-
-fn nodes_4(cursor: &mut Cursor<'_>, content: &mut Content) -> Result<(), MeshError> {
-    let blocks = cursor.size()?;
-    // How many in all, and the range of their tags, which the blocks tell as well.
-    for _ in 0..3 {
-        cursor.size()?;
-    }
-    for _ in 0..blocks {
-        let (dimension, _entity, parametric) = (cursor.int()?, cursor.int()?, cursor.int()?);
-        let count = cursor.size()?;
-        let mut tags = Vec::new();
-        for _ in 0..count {
-            tags.push(cursor.size()?);
-        }
-        for tag in tags {
-            let position = [cursor.real()?, cursor.real()?, cursor.real()?];
-            // Parameters of the node on its entity.
-            for _ in 0..if parametric != 0 { dimension.clamp(0, 3) } else { 0 } {
-                cursor.real()?;
-            }
-            content.nodes.push((tag, position));
-        }
-    }
-    Ok(())
-}
-
-fn nodes_2(cursor: &mut Cursor<'_>, content: &mut Content) -> Result<(), MeshError> {
-    for _ in 0..cursor.text_count()? {
-        let tag = positive(cursor.int()?, cursor)?;
-        content.nodes.push((tag, [cursor.real()?, cursor.real()?, cursor.real()?]));
-    }
-    Ok(())
-}
-
-fn positive(tag: i64, cursor: &Cursor<'_>) -> Result<u64, MeshError> {
+pub(super) fn positive(tag: i64, cursor: &Cursor<'_>) -> Result<u64, MeshError> {
     u64::try_from(tag).map_err(|_| cursor.error(format!("the number {tag} is negative")))
 }
 
-/// Number of nodes of an element type of Gmsh.
-fn node_count(element: u64, kind: i64) -> Result<usize, MeshError> {
-    match kind {
-        15 => Ok(1),
-        1 => Ok(2),
-        2 => Ok(3),
-        other => Err(MeshError::ElementType { element, kind: other.unsigned_abs() }),
-    }
-}
-
-fn elements_4(cursor: &mut Cursor<'_>, content: &mut Content) -> Result<(), MeshError> {
-    let blocks = cursor.size()?;
-    // How many in all, and the range of their tags, which the blocks tell as well.
-    for _ in 0..3 {
-        cursor.size()?;
-    }
-    for _ in 0..blocks {
-        let (dimension, entity, kind) = (cursor.int()?, cursor.int()?, cursor.int()?);
-        let count = cursor.size()?;
-        let key = (positive(dimension, cursor)? as usize, entity);
-        let physical = content.entities.get(&key).cloned().unwrap_or_default();
-        for _ in 0..count {
-            let tag = cursor.size()?;
-            let mut nodes = Vec::new();
-            for _ in 0..node_count(tag, kind)? {
-                nodes.push(cursor.size()?);
-            }
-            content.elements.push(Member { tag, nodes, physical: physical.clone() });
-        }
-    }
-    Ok(())
-}
-
-fn elements_2(cursor: &mut Cursor<'_>, content: &mut Content) -> Result<(), MeshError> {
-    let total = cursor.text_count()?;
-    let mut read = 0;
-    while read < total {
-        // Text says the type of each element; binary says it once for a run of elements.
-        let text = cursor.encoding == Encoding::Text;
-        let first = if text { cursor.int()? } else { 0 };
-        let (kind, follow) = (cursor.int()?, if text { 1 } else { cursor.int()? });
-        let tags = cursor.int()?;
-        if follow < 1 || tags < 0 {
-            return Err(cursor.error(format!("{follow} elements with {tags} tags each")));
-        }
-        for _ in 0..follow {
-            let tag = if text { first } else { cursor.int()? };
-            let tag = positive(tag, cursor)?;
-            let mut physical = Vec::new();
-            for i in 0..tags {
-                let value = cursor.int()?;
-                if i == 0 && value != 0 {
-                    physical.push(value);
-                }
-            }
-            let mut nodes = Vec::new();
-            for _ in 0..node_count(tag, kind)? {
-                let node = cursor.int()?;
-                nodes.push(positive(node, cursor)?);
-            }
-            content.elements.push(Member { tag, nodes, physical });
-            read += 1;
-        }
-    }
-    Ok(())
-}
-
 impl Content {
+    /// The types of element that nothing is computed with, if there are any: name, how many, tag of the first.
+    fn unused_kinds(&self) -> Result<(), MeshError> {
+        let mut kinds: BTreeMap<u64, (Kind, usize, u64)> = BTreeMap::new();
+        for member in self.elements.iter().filter(|member| !member.kind.is_used()) {
+            kinds.entry(member.kind.number).or_insert((member.kind, 0, member.tag)).1 += 1;
+        }
+        // The body's before those of its boundary.
+        match kinds.into_values().max_by_key(|(kind, ..)| kind.dimension) {
+            Some((kind, count, element)) => {
+                let Kind { name, number, .. } = kind;
+                Err(MeshError::ElementKind { name, kind: number, count, element })
+            }
+            None => Ok(()),
+        }
+    }
+
     fn into_mesh(self) -> Result<Mesh, MeshError> {
+        self.unused_kinds()?;
         let mut index = HashMap::new();
         for (i, &(tag, position)) in self.nodes.iter().enumerate() {
             if index.insert(tag, i).is_some() {
@@ -257,12 +186,12 @@ impl Content {
                 return Err(MeshError::Coordinate { node: tag, axis, value, range: "finite" });
             }
         }
-        let (mut elements, mut tags) = (Vec::new(), HashSet::new());
+        let (mut elements, mut tags) = (Vec::<Element>::new(), HashSet::new());
         let mut groups: BTreeMap<String, Vec<usize>> = BTreeMap::new();
+        // Elements by their nodes, with their groups: in formats 2 one that is in two groups is written twice.
+        let mut known: HashMap<Vec<usize>, (usize, Vec<i64>)> = HashMap::new();
+        let body = self.elements.iter().map(|member| member.kind.dimension).max().unwrap_or(0);
         for member in &self.elements {
-            if !tags.insert(member.tag) {
-                return Err(MeshError::Duplicate { what: "element", tag: member.tag });
-            }
             let place = |&node: &u64| {
                 index.get(&node).copied().ok_or(MeshError::UnknownNode { element: member.tag, node })
             };
@@ -273,25 +202,74 @@ impl Content {
                 [a, b, c] => Shape::Triangle([a, b, c]),
                 _ => continue,
             };
+            let mut sorted = nodes;
+            sorted.sort_unstable();
+            let is_new = tags.insert(member.tag);
+            let at = match known.get_mut(&sorted) {
+                Some((first, physical)) => {
+                    let nameless = member.physical.is_empty() || physical.is_empty();
+                    let again = member.physical.iter().any(|group| physical.contains(group));
+                    if again || (nameless && shape.dimension() == body) {
+                        let (first, second, nodes) = (elements[*first].tag, member.tag, member.nodes.clone());
+                        return Err(MeshError::Doubled { first, second, nodes });
+                    }
+                    physical.extend(&member.physical);
+                    *first
+                }
+                None if !is_new => return Err(MeshError::Duplicate { what: "element", tag: member.tag }),
+                None => {
+                    known.insert(sorted, (elements.len(), member.physical.clone()));
+                    elements.push(Element { tag: member.tag, shape });
+                    elements.len() - 1
+                }
+            };
+            let (dimension, entity) = member.entity;
+            let name = format!("{} {entity}", ["point", "curve", "surface", "volume"][dimension.min(3)]);
+            // A physical group of that name is meant in its place.
+            if entity > 0 && !self.names.values().any(|known| *known == name) {
+                let group = groups.entry(name).or_default();
+                if group.last() != Some(&at) {
+                    group.push(at);
+                }
+            }
             for &physical in &member.physical {
                 // A negative number says that the entity runs backwards in the group.
                 let key = (shape.dimension(), physical.abs());
-                let name = self.names.get(&key).cloned().unwrap_or_else(|| format!("{}:{}", key.0, key.1));
-                groups.entry(name).or_default().push(elements.len());
+                let name = self.names.get(&(Some(key.0), key.1)).or_else(|| self.names.get(&(None, key.1)));
+                let name = name.cloned().unwrap_or_else(|| format!("{}:{}", key.0, key.1));
+                groups.entry(name).or_default().push(at);
             }
-            elements.push(Element { tag: member.tag, shape });
         }
         // A named group without elements exists, and is empty.
         for name in self.names.into_values() {
             groups.entry(name).or_default();
         }
-        let plane = self.nodes.first().map_or(0.0, |(_, position)| position[2]);
-        let off = |z: f64| (z - plane).abs() > 1e-12 * plane.abs().max(1.0);
-        if let Some(&(node, [_, _, value])) = self.nodes.iter().find(|(_, position)| off(position[2])) {
-            let range = "the same for all nodes: planar meshes are read";
-            return Err(MeshError::Coordinate { node, axis: 'z', value, range });
-        }
+        check_plane(&self.nodes, &elements)?;
         let nodes = self.nodes.iter().map(|&(tag, [x, y, _])| Node { tag, position: [x, y] }).collect();
         Mesh::new(nodes, elements, groups)
+    }
+}
+
+/// Checks that the nodes of the body have one z, but for rounding.
+fn check_plane(nodes: &[(u64, [f64; 3])], elements: &[Element]) -> Result<(), MeshError> {
+    let dimension = elements.iter().map(|element| element.shape.dimension()).max().unwrap_or(0);
+    let body = elements.iter().filter(|element| element.shape.dimension() == dimension);
+    let mut of_body = body.flat_map(|element| element.shape.nodes()).map(|&node| nodes[node]);
+    let Some((_, [x, y, plane])) = of_body.next() else { return Ok(()) };
+    let (mut extent, mut farthest) = (0.0_f64, (0.0_f64, 0));
+    for (tag, at) in of_body {
+        extent = extent.max((at[0] - x).abs()).max((at[1] - y).abs());
+        let off = (at[2] - plane).abs();
+        if off > farthest.0 {
+            farthest = (off, tag);
+        }
+    }
+    let node = nodes.iter().find(|(tag, _)| *tag == farthest.1);
+    match node {
+        Some(&(node, [_, _, value])) if farthest.0 > 1e-9 * extent => {
+            let range = "the same for all nodes: the body must lie in a plane z = const";
+            Err(MeshError::Coordinate { node, axis: 'z', value, range })
+        }
+        _ => Ok(()),
     }
 }

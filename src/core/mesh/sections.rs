@@ -36,14 +36,15 @@ impl<'a> Cursor<'a> {
 
     /// The next `$Section`, `None` at the end of the file.
     pub(super) fn next_section(&mut self) -> Result<Option<&'a str>, MeshError> {
-        self.skip_blank();
-        if self.at == self.bytes.len() {
-            return Ok(None);
-        }
-        let line = self.line()?;
-        match line.strip_prefix('$') {
-            Some(name) => Ok(Some(name)),
-            None => Err(self.error(format!("`{}` stands where a section should begin", shorten(line)))),
+        // As Gmsh does, whatever stands between two sections is passed over.
+        loop {
+            self.skip_blank();
+            if self.at == self.bytes.len() {
+                return Ok(None);
+            }
+            if let Some(name) = self.line()?.strip_prefix('$') {
+                return Ok(Some(name));
+            }
         }
     }
 
@@ -129,6 +130,7 @@ impl<'a> Cursor<'a> {
 
     /// A count that binary files of format 2.2 write as text on a line.
     pub(super) fn text_count(&mut self) -> Result<u64, MeshError> {
+        self.skip_blank();
         let line = self.line()?;
         line.parse().map_err(|_| self.error(format!("a count expected, `{}` found", shorten(line))))
     }

@@ -1,21 +1,31 @@
 //! Observers: what is kept of a run. The scheme knows none of them.
 
+#[cfg(feature = "hdf5")]
+mod binary;
 #[cfg(feature = "outputs")]
 mod csv;
 #[cfg(feature = "figures")]
 mod figures;
+#[cfg(feature = "outputs")]
+mod penetration;
 mod recording;
 mod series;
 #[cfg(feature = "outputs")]
 mod summary;
+#[cfg(feature = "outputs")]
+mod table;
 mod units;
 #[cfg(feature = "vtk")]
 mod vtk;
 
+#[cfg(feature = "hdf5")]
+pub use self::binary::write_tables;
 #[cfg(feature = "outputs")]
 pub use self::csv::{CsvFiles, CsvMark, Rates};
 #[cfg(feature = "figures")]
 pub use figures::{comparison_figure, elastic_figure, mesh_figure, run_figure};
+#[cfg(feature = "outputs")]
+pub use penetration::Penetration;
 pub use recording::{ContactRecord, Recorder, Recording};
 pub use series::{RunSeries, SeriesMark, SeriesRecorder};
 #[cfg(feature = "outputs")]

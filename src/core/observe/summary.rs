@@ -5,14 +5,18 @@ use std::time::Instant;
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
+use super::penetration::{Depths, Penetration};
 use super::{Frame, ObserveError, Observer, RunInfo};
 use crate::contact::ContactId;
 use crate::scalar::{Scalar, to_f64};
+use crate::scheme::ContactStep;
 
 /// Impacts listed one by one; further ones are counted.
 const LISTED_IMPACTS: usize = 10_000;
 
-/// A percussion in a step whose previous step had none at that contact.
+/// A contact that closes, or closes again, and is no [lasting](crate::scheme::ContactStep::lasting) one: it carries a
+/// percussion, carried none in the step before, and approached faster than twice what the forces make of rest in one step;
+/// or more slowly, where another contact has an impact in the same step that it passes on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Impact {
     /// Number of the step.
@@ -54,7 +58,8 @@ pub struct AdaptiveSummary {
     pub largest_step: f64,
 }
 
-/// The figures of a run. Energies are mechanical, kinetic and elastic, as E in (56).
+/// The figures of a run. Energies are kinetic, elastic and that of the potential of the constant forces
+/// ([`Energies::total`](crate::energy::Energies::total)).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RunSummary {
     /// Law of the run.
@@ -75,11 +80,11 @@ pub struct RunSummary {
     pub wall_seconds: f64,
     /// Wall time per step (µs).
     pub us_per_step: f64,
-    /// E at the start (J).
+    /// Energy at the start (J).
     pub initial_energy: f64,
-    /// E at the end (J).
+    /// Energy at the end (J).
     pub final_energy: f64,
-    /// Largest E met (J).
+    /// Largest energy met (J).
     pub max_energy: f64,
     /// Largest tangential contact work of a contact in a step (J); 0 without contact.
     pub max_tangential_work: f64,
@@ -104,6 +109,9 @@ pub struct RunSummary {
     /// ([`rescue`](crate::solver::rescue)).
     #[serde(default)]
     pub rescues: usize,
+    /// How deep bodies were in each other.
+    #[serde(default)]
+    pub penetration: Penetration,
     /// Number of impacts.
     pub impact_count: usize,
     /// The first impacts, at most 10,000.
@@ -121,6 +129,7 @@ pub struct SummaryRecorder {
     seconds: f64,
     touching: Vec<ContactId>,
     works: Option<(f64, f64)>,
+    depths: Depths,
 }
 
 /// Where a recorder stands, to go on from there.
@@ -135,15 +144,16 @@ pub struct SummaryMark {
 impl SummaryRecorder {
     /// A recorder that goes on from a mark.
     pub fn resume(mark: SummaryMark) -> Self {
-        let touching = mark.touching;
-        let SummaryMark { summary, seconds, works, .. } = mark;
-        Self { summary, started: Some(Instant::now()), seconds, touching, works }
+        let SummaryMark { summary, seconds, touching, works } = mark;
+        let depths = Depths::resume(summary.as_ref().map(|s| s.penetration.clone()).unwrap_or_default());
+        Self { summary, started: Some(Instant::now()), seconds, touching, works, depths }
     }
 
     /// Marks the place.
     pub fn mark(&self) -> SummaryMark {
+        let penetration = self.depths.found.clone();
         SummaryMark {
-            summary: self.summary.clone(),
+            summary: self.summary.clone().map(|summary| RunSummary { penetration, ..summary }),
             seconds: self.elapsed(),
             touching: self.touching.clone(),
             works: self.works,
@@ -161,6 +171,7 @@ impl SummaryRecorder {
         let (tangential, normal) = self.works.unwrap_or_default();
         summary.max_tangential_work = tangential;
         summary.max_normal_work = normal;
+        summary.penetration = self.depths.found;
         summary.us_per_step = summary.wall_seconds * 1e6 / summary.steps.max(1) as f64;
         summary.stopped = stopped;
         Some(summary)
@@ -169,7 +180,7 @@ impl SummaryRecorder {
 
 impl<T: Scalar, const D: usize> Observer<T, D> for SummaryRecorder {
     fn begin(&mut self, run: &RunInfo, frame: Frame<'_, T, D>) -> Result<(), ObserveError> {
-        let energy = to_f64(frame.step.energies.mechanical());
+        let energy = to_f64(frame.step.energies.total());
         self.summary = Some(RunSummary {
             law: run.law.clone(),
             solver: run.solver.clone(),
@@ -193,11 +204,14 @@ impl<T: Scalar, const D: usize> Observer<T, D> for SummaryRecorder {
             max_residual: 0.0,
             solver_iterations: 0,
             rescues: 0,
+            penetration: Penetration::default(),
             impact_count: 0,
             impacts: Vec::new(),
             stopped: None,
         });
         self.started = Some(Instant::now());
+        self.depths = Depths::default();
+        self.depths.start(frame);
         Ok(())
     }
 
@@ -205,7 +219,7 @@ impl<T: Scalar, const D: usize> Observer<T, D> for SummaryRecorder {
         let Some(summary) = self.summary.as_mut() else { return Ok(()) };
         let (state, step) = (frame.state, frame.step);
         summary.steps += 1;
-        summary.final_energy = to_f64(step.energies.mechanical());
+        summary.final_energy = to_f64(step.energies.total());
         summary.max_energy = summary.max_energy.max(summary.final_energy);
         summary.max_imbalance = summary.max_imbalance.max(to_f64(step.balance.imbalance).abs());
         let balance = &step.balance;
@@ -216,6 +230,13 @@ impl<T: Scalar, const D: usize> Observer<T, D> for SummaryRecorder {
             summary.solver_iterations += solution.iterations;
             summary.rescues += usize::from(solution.rescued_by.is_some());
         }
+        self.depths.step(frame, &self.touching);
+        let is_new = |contact: &ContactStep<T, D>| {
+            let carries = contact.percussion[0] > T::zero() && !contact.lasting;
+            carries && self.touching.binary_search(&contact.id).is_err()
+        };
+        // Bodies that lie still when a run starts carry percussions, and have met nothing.
+        let meets = step.contacts.iter().any(|contact| is_new(contact) && contact.before[0] < T::zero());
         let mut creates = [false; 2];
         for contact in &step.contacts {
             let (tangential, normal) = (to_f64(contact.tangential_work), to_f64(contact.normal_work));
@@ -223,9 +244,7 @@ impl<T: Scalar, const D: usize> Observer<T, D> for SummaryRecorder {
             *largest = (largest.0.max(tangential), largest.1.max(normal));
             let [by_normal, by_tangential] = contact.creates_energy();
             creates = [creates[0] | by_normal, creates[1] | by_tangential];
-            let is_impact =
-                contact.percussion[0] > T::zero() && self.touching.binary_search(&contact.id).is_err();
-            if !is_impact {
+            if !(meets && is_new(contact)) {
                 continue;
             }
             summary.impact_count += 1;

@@ -20,14 +20,26 @@
 mod checkpoint;
 #[cfg(feature = "runs")]
 mod frames;
+#[cfg(feature = "runs")]
+mod manifest;
+#[cfg(feature = "runs")]
+mod options;
 mod recorded;
 #[cfg(feature = "runs")]
 mod shown;
+#[cfg(feature = "runs")]
+mod under_way;
+#[cfg(feature = "runs")]
+mod warnings;
 #[cfg(feature = "runs")]
 mod written;
 
 #[cfg(feature = "runs")]
 pub use checkpoint::ResumeError;
+#[cfg(feature = "runs")]
+pub use options::{Checkpoints, WriteOptions};
 pub use recorded::RunFailure;
 #[cfg(feature = "runs")]
-pub use written::{Checkpoints, WriteError, WriteOptions, Written};
+pub use warnings::Warning;
+#[cfg(feature = "runs")]
+pub use written::{WriteError, Written};

@@ -1,83 +1,28 @@
 //! Runs of scenes with everything that is written of them: tables, summary, figures, VTK series, checkpoints.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
 
-use super::ResumeError;
-use super::checkpoint::{self, Checkpoint, Current};
-use super::frames::Frames;
+use super::checkpoint::{self, Checkpoint};
+use super::manifest::Manifest;
 use super::shown::shown;
-use crate::contact::ContactId;
+use super::under_way::UnderWay;
+use super::warnings::deepest_allowed;
+use super::{Checkpoints, ResumeError, Warning, WriteOptions};
 use crate::file::AtomicFile;
 use crate::mesh::Mesh;
 use crate::observe::{
-    AdaptiveSummary, CsvFiles, ObserveError, Rates, RunSeries, RunSummary, SeriesRecorder, SummaryRecorder,
-    comparison_figure, elastic_figure, mesh_figure, run_figure,
+    CsvFiles, ObserveError, Rates, RunSeries, RunSummary, comparison_figure, elastic_figure, mesh_figure,
+    run_figure,
 };
 use crate::plot::PlotError;
 use crate::registry::Registry;
 use crate::scene::{PlannedRun, Scene, SceneError, contact_dimension};
 use crate::scheme::RestoreError;
-use crate::simulate::{Ended, SimulateError, Simulation, Sink};
-
-/// What is written, and where.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub struct WriteOptions {
-    /// Folder of the results; it is made where it does not exist.
-    pub folder: PathBuf,
-    /// The scene file, for `summary.json`.
-    pub scene_file: PathBuf,
-    /// Whether figures are drawn. Default yes.
-    pub figures: bool,
-    /// Whether checkpoints are left, or gone on from. Default none.
-    pub checkpoints: Checkpoints,
-}
-
-/// Checkpoints of a run, below the folder of its results; those of error control do not exist.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Checkpoints {
-    /// None are left.
-    #[default]
-    None,
-    /// One every so many steps, in place of any that is there.
-    Every(usize),
-    /// Goes on from the one that is there, as often as the run that left it.
-    Resume,
-}
-
-impl WriteOptions {
-    /// Everything in `folder`, without checkpoints.
-    pub fn new(folder: impl Into<PathBuf>) -> Self {
-        Self {
-            folder: folder.into(),
-            scene_file: PathBuf::new(),
-            figures: true,
-            checkpoints: Checkpoints::None,
-        }
-    }
-
-    /// With this scene file in `summary.json`.
-    #[must_use]
-    pub fn scene_file(self, path: impl Into<PathBuf>) -> Self {
-        Self { scene_file: path.into(), ..self }
-    }
-
-    /// With figures or without.
-    #[must_use]
-    pub fn figures(self, figures: bool) -> Self {
-        Self { figures, ..self }
-    }
-
-    /// With checkpoints, or from one.
-    #[must_use]
-    pub fn checkpoints(self, checkpoints: Checkpoints) -> Self {
-        Self { checkpoints, ..self }
-    }
-}
+use crate::simulate::{SimulateError, Simulation, Sink};
 
 /// What all runs of a scene left, beside the files.
 #[derive(Debug, Default)]
@@ -89,6 +34,19 @@ pub struct Written {
     pub failure: Option<(String, SimulateError)>,
     /// Whether the interrupt flag was raised; later runs were not begun.
     pub interrupted: bool,
+    /// What a person should know of the runs, each once.
+    pub warnings: Vec<Warning>,
+    /// Files of cone problems that no solver solved.
+    pub problems: Vec<PathBuf>,
+}
+
+impl Written {
+    /// Adds a warning that is new.
+    pub(super) fn warn(&mut self, warning: Warning) {
+        if !self.warnings.contains(&warning) {
+            self.warnings.push(warning);
+        }
+    }
 }
 
 /// Why the runs of a scene could not be written. Runs that end early are no such error, see [`Written::failure`].
@@ -118,11 +76,16 @@ pub enum WriteError {
     AdaptiveCheckpoint,
 }
 
+/// Part of the depth that is told of a run, below which an overlap at its start is one of drawing.
+const ROUNDING: f64 = 1e-6;
+
 /// The file `summary.json`.
 #[derive(Serialize)]
 struct SummaryFile<'a> {
     title: &'a str,
     scene: &'a Path,
+    /// What a person should know of the runs.
+    warnings: Vec<String>,
     runs: &'a [RunSummary],
 }
 
@@ -136,7 +99,8 @@ fn cannot_write<'a, E: Into<Box<dyn std::error::Error + Send + Sync>>>(
 impl Scene {
     /// Makes every run of the scene, every law with every solver, and writes `trajectory.csv`, `contacts.csv`,
     /// `energy.csv`, `summary.json`, the figures and what else the scene asks for. Everything is built and every file opened
-    /// before the first step: what cannot be built touches no older result.
+    /// before the first step: what cannot be built touches no older result. Files that an earlier run left in the folder and
+    /// this one does not write are removed at the end, and drafts of killed runs.
     ///
     /// `watch` is asked for one more sink for each run.
     ///
@@ -160,9 +124,12 @@ impl Scene {
             Some(simulation) => shown(self, &mut **simulation)?,
             None => (Vec::new(), None),
         };
+        let mut written = Written { warnings: self.all_warnings(&mut simulations)?, ..Written::default() };
         let folder = &options.folder;
         let mut checkpoint = self.checkpoint(options)?;
         std::fs::create_dir_all(folder).map_err(cannot_write(folder))?;
+        let mut manifest = Manifest::open(folder);
+        manifest.remove_drafts()?;
         let rates = Rates {
             trajectory: self.output.trajectory_every(),
             contacts: self.output.contacts_every.unwrap_or(1),
@@ -178,36 +145,90 @@ impl Scene {
         };
         let path = folder.join("summary.json");
         let summary = AtomicFile::create(&path).map_err(cannot_write(&path))?;
-        let (mut written, mut series, mut done) = (Written::default(), Vec::new(), 0);
+        let (mut series, mut done) = (Vec::new(), 0);
+        let has_mesh = simulations.first().is_some_and(|simulation| simulation.mesh().is_some());
+        manifest.announce(self.files(options, &runs, has_mesh))?;
         if let Some(checkpoint) = &checkpoint {
             done = checkpoint.finished.len();
             (written.summaries, series) = checkpoint.finished.iter().cloned().unzip();
         }
         let mesh = simulations.first().and_then(|simulation| simulation.mesh().cloned());
+        let mut frames = BTreeMap::new();
         for (run, mut simulation) in runs.iter().zip(simulations).skip(done) {
             let mut under_way = UnderWay {
                 scene: self,
                 folder,
+                failures: options.failures.as_deref(),
                 run,
                 simulation: &mut *simulation,
                 tables: &mut tables,
                 checkpoint: &mut checkpoint,
             };
-            under_way.make(&shown, &mut *watch(run), interrupt, &mut written, &mut series)?;
+            let count = under_way.make(&shown, &mut *watch(run), interrupt, &mut written, &mut series)?;
+            frames.insert(self.file_name(&run.law, &run.solver), count);
             if written.interrupted {
                 break;
             }
         }
         tables.commit()?;
-        self.write_summary(summary, options, &written.summaries)?;
+        #[cfg(feature = "hdf5")]
+        if self.output.hdf5 {
+            crate::observe::write_tables(folder)?;
+        }
+        self.write_summary(summary, options, &written)?;
+        let mut made = Vec::new();
         if options.figures {
-            self.write_figures(folder, &series, mesh.as_ref())?;
+            made = self.write_figures(folder, &series, mesh.as_ref())?;
         }
         if checkpoint.is_some() && !written.interrupted {
             let drafts = checkpoint::folder(folder);
             std::fs::remove_dir_all(&drafts).map_err(cannot_write(&drafts))?;
         }
+        // Frames of runs that were over before a resumption are all there.
+        manifest.finish(&made, |name| frames.get(name).copied().unwrap_or(usize::MAX))?;
         Ok(written)
+    }
+
+    /// What is to be known before the first step.
+    fn all_warnings(&self, simulations: &mut [Box<dyn Simulation>]) -> Result<Vec<Warning>, SceneError> {
+        let mut warnings: Vec<Warning> = self.warnings()?.into_iter().map(Warning::Scene).collect();
+        if self.output.vtk_every.is_some() && !cfg!(feature = "vtk") {
+            warnings.push(Warning::NotBuilt { key: "output.vtk_every", feature: "vtk" });
+        }
+        if self.output.hdf5 && !cfg!(feature = "hdf5") {
+            warnings.push(Warning::NotBuilt { key: "output.hdf5", feature: "hdf5" });
+        }
+        // The runs start from the same state.
+        let Some(simulation) = simulations.first_mut() else { return Ok(warnings) };
+        let notes = simulation.mesh().map(|mesh| mesh.notes().to_vec()).unwrap_or_default();
+        warnings.extend(notes.into_iter().map(Warning::Mesh));
+        let overlaps = simulation.overlaps();
+        let smallest = deepest_allowed(self, simulation.mesh()) * ROUNDING;
+        let deep = overlaps.iter().filter(|(_, gap)| -gap > smallest);
+        if let Some((contact, gap)) = deep.clone().min_by(|a, b| a.1.total_cmp(&b.1)) {
+            let (pairs, contact) = (deep.count(), contact.clone());
+            warnings.push(Warning::StartsOverlapping { pairs, contact, depth: -gap });
+        }
+        Ok(warnings)
+    }
+
+    /// Names of the files that the runs may write.
+    fn files(&self, options: &WriteOptions, runs: &[PlannedRun], has_mesh: bool) -> Vec<String> {
+        let mut names: Vec<String> =
+            ["trajectory.csv", "contacts.csv", "energy.csv", "summary.json"].map(String::from).into();
+        let stems = runs.iter().map(|run| self.file_name(&run.law, &run.solver));
+        if self.output.vtk_every.is_some() && cfg!(feature = "vtk") {
+            names.extend(stems.clone().flat_map(|name| [format!("{name}.pvd"), format!("{name}/*")]));
+        }
+        if self.output.hdf5 && cfg!(feature = "hdf5") {
+            names.push("tables.h5".into());
+        }
+        if options.figures {
+            let mesh = has_mesh.then(|| "mesh".to_string());
+            let stems = stems.chain(mesh).chain((runs.len() > 1).then(|| "comparison".to_string()));
+            names.extend(stems.flat_map(|name| [format!("{name}.svg"), format!("{name}.png")]));
+        }
+        names
     }
 
     /// The checkpoint to go on from, or an empty one where checkpoints are to be left.
@@ -227,7 +248,7 @@ impl Scene {
     }
 
     /// Name of the files of a run.
-    fn file_name(&self, law: &str, solver: &str) -> String {
+    pub(super) fn file_name(&self, law: &str, solver: &str) -> String {
         if self.solvers.len() > 1 { format!("{law}-{solver}") } else { law.into() }
     }
 
@@ -235,10 +256,12 @@ impl Scene {
         &self,
         mut file: AtomicFile,
         options: &WriteOptions,
-        runs: &[RunSummary],
+        written: &Written,
     ) -> Result<(), ObserveError> {
         use std::io::Write as _;
-        let summary = SummaryFile { title: &self.title, scene: &options.scene_file, runs };
+        let warnings = written.warnings.iter().map(ToString::to_string).collect();
+        let (title, scene, runs) = (&self.title, &options.scene_file, &written.summaries);
+        let summary = SummaryFile { title, scene, warnings, runs };
         let path = file.path().to_path_buf();
         serde_json::to_writer_pretty(&mut file, &summary).map_err(cannot_write(&path))?;
         file.write_all(b"\n").and_then(|()| file.commit()).map_err(cannot_write(&path))
@@ -249,129 +272,19 @@ impl Scene {
         folder: &Path,
         series: &[RunSeries],
         mesh: Option<&Mesh>,
-    ) -> Result<(), PlotError> {
-        let units = self.units.units();
+    ) -> Result<Vec<PathBuf>, PlotError> {
+        let (units, mut made) = (self.units.units(), Vec::new());
         for series in series {
             let figure =
                 if mesh.is_some() { elastic_figure(series, units) } else { run_figure(series, units) };
-            figure.save(&folder.join(self.file_name(&series.law, &series.solver)))?;
+            made.extend(figure.save(&folder.join(self.file_name(&series.law, &series.solver)))?);
         }
         if let Some(mesh) = mesh {
-            mesh_figure(mesh, units).save(&folder.join("mesh"))?;
+            made.extend(mesh_figure(mesh, units).save(&folder.join("mesh"))?);
         }
         if series.len() > 1 {
-            comparison_figure(series, units).save(&folder.join("comparison"))?;
+            made.extend(comparison_figure(series, units).save(&folder.join("comparison"))?);
         }
-        Ok(())
+        Ok(made)
     }
-}
-
-/// One run of a scene, and what it writes to.
-struct UnderWay<'a> {
-    scene: &'a Scene,
-    folder: &'a Path,
-    run: &'a PlannedRun,
-    simulation: &'a mut dyn Simulation,
-    tables: &'a mut CsvFiles,
-    checkpoint: &'a mut Option<Checkpoint>,
-}
-
-impl UnderWay<'_> {
-    fn make(
-        &mut self,
-        (dofs, contact): &(Vec<usize>, Option<ContactId>),
-        watching: &mut dyn Sink,
-        interrupt: &AtomicBool,
-        written: &mut Written,
-        all_series: &mut Vec<RunSeries>,
-    ) -> Result<(), WriteError> {
-        let Self { scene, folder, run, simulation, tables, checkpoint } = self;
-        let mut summary = SummaryRecorder::default();
-        let mut series = SeriesRecorder::new(dofs.clone(), *contact);
-        let mut frames = Frames::new(scene, folder, &scene.file_name(&run.law, &run.solver));
-        let current = checkpoint.as_mut().and_then(|checkpoint| checkpoint.current.take());
-        let resumed = current.is_some();
-        if let Some(current) = current {
-            simulation.restore(&current.scheme)?;
-            summary = SummaryRecorder::resume(current.summary);
-            series = series.resume(current.series).ok_or(ResumeError::Contacts)?;
-            frames = frames.resume(current.frames);
-        }
-        let mut ended = match resumed {
-            true => Ok(Ended::Completed),
-            false => simulation
-                .begin(&mut [&mut **tables, &mut summary, &mut series, &mut frames, watching])
-                .map(|()| Ended::Completed)
-                .map_err(SimulateError::from),
-        };
-        let every = checkpoint.as_ref().map_or(usize::MAX, |checkpoint| (checkpoint.every as usize).max(1));
-        let adaptive = simulation.is_adaptive();
-        while matches!(ended, Ok(Ended::Completed)) && (adaptive || simulation.index() < run.steps) {
-            let index = simulation.index();
-            let stretch = (every - index % every).min(run.steps.saturating_sub(index));
-            ended = simulation.advance(
-                stretch,
-                &mut [&mut **tables, &mut summary, &mut series, &mut frames, watching],
-                interrupt,
-            );
-            if adaptive {
-                break;
-            }
-            let index = simulation.index();
-            if let (Some(checkpoint), Ok(Ended::Completed), Some(scheme)) =
-                (checkpoint.as_mut(), &ended, simulation.snapshot())
-                && index.is_multiple_of(every)
-                && index < run.steps
-            {
-                checkpoint.tables = tables.mark()?;
-                let (summary, series) = (summary.mark(), series.mark());
-                checkpoint.current = Some(Current { scheme, summary, series, frames: frames.times() });
-                checkpoint.write(folder)?;
-            }
-        }
-        let told = simulation.end(&mut [&mut **tables, &mut summary, &mut series, &mut frames, watching]);
-        let ended = ended.and_then(|ended| told.map(|()| ended).map_err(SimulateError::from));
-        let stopped = match ended {
-            Ok(Ended::Completed) => None,
-            Ok(Ended::Interrupted) => {
-                written.interrupted = true;
-                Some("interrupted".to_string())
-            }
-            Err(error) => {
-                let message = error.to_string();
-                written.failure.get_or_insert((format!("{} with {}", run.law, run.solver), error));
-                Some(message)
-            }
-        };
-        let mut summary = summary.finish(stopped);
-        summary.iter_mut().for_each(|summary| add_control(&**simulation, summary));
-        written.summaries.extend(summary);
-        all_series.push(series.finish());
-        if let (Some(checkpoint), false) = (checkpoint.as_mut(), written.interrupted) {
-            let all = written.summaries.iter().cloned().zip(all_series.iter().cloned());
-            checkpoint.finished = all.collect();
-            checkpoint.current = None;
-            checkpoint.tables = tables.mark()?;
-            checkpoint.write(folder)?;
-        }
-        Ok(())
-    }
-}
-
-/// Adds what error control made of a run to its summary.
-fn add_control(simulation: &dyn Simulation, summary: &mut RunSummary) {
-    let Some((tolerance, report)) = simulation.control() else { return };
-    if summary.steps > 0 {
-        summary.step = simulation.time() / summary.steps as f64;
-    }
-    summary.adaptive = Some(AdaptiveSummary {
-        tolerance,
-        accepted: report.accepted,
-        rejected: report.rejected,
-        computed: report.computed,
-        events: report.events,
-        estimated_error: report.estimated_error,
-        smallest_step: report.smallest_step,
-        largest_step: report.largest_step,
-    });
 }

@@ -2,6 +2,7 @@
 
 use nalgebra::SVector;
 
+use super::decompose::convex_parts;
 use super::format::InterfaceSpec;
 use super::names::{Directory, Groups};
 use super::{LoadSpec, PlannedRun, PreloadSpec, Scene, SceneError};
@@ -32,7 +33,16 @@ impl InterfaceSpec {
         run: &PlannedRun,
         registry: &Registry,
     ) -> Result<AnyLaw<T, D>, SceneError> {
-        let name = self.law.as_deref().unwrap_or(&run.law);
+        self.law_of(&run.law, registry)
+    }
+
+    /// The law of the interface in the runs of `run_law`.
+    pub(super) fn law_of<T: Scalar, const D: usize>(
+        &self,
+        run_law: &str,
+        registry: &Registry,
+    ) -> Result<AnyLaw<T, D>, SceneError> {
+        let name = self.law.as_deref().unwrap_or(run_law);
         let error = |source| SceneError::Law { interface: self.label(), source };
         let family = registry.find_law(name).map_err(error)?;
         let description = family.description();
@@ -67,7 +77,9 @@ pub fn contact_dimension(
             .collect();
         if let Some(parameter) = interface.parameters.keys().find(|p| !known.contains(&p.as_str())) {
             let (interface, parameter) = (interface.label(), parameter.clone());
-            return Err(SceneError::UnusedParameter { interface, parameter });
+            let known: std::collections::BTreeSet<&str> = known.into_iter().collect();
+            let known = known.into_iter().collect::<Vec<_>>().join(", ");
+            return Err(SceneError::UnusedParameter { interface, parameter, known });
         }
     }
     if let Some(solid) = &scene.solid
@@ -101,7 +113,7 @@ pub fn build<T: Scalar, const D: usize>(
 ) -> Result<ThetaScheme<T, D>, SceneError> {
     let (system, laws, q, v) = parts(scene, run, registry)?;
     let solver = registry.build_solver(&run.solver, stopping(scene))?;
-    Ok(ThetaScheme::new(system, laws, solver, settings(scene), T::zero(), q, v)?)
+    Ok(ThetaScheme::new(system, laws, solver, settings(scene, run), T::zero(), q, v)?)
 }
 
 /// What moves in a run, under which laws, from where.
@@ -122,7 +134,7 @@ pub(super) fn parts<T: Scalar, const D: usize>(
                 Some(PreloadSpec { contacts, constant_forces }) => match contacts.support() {
                     Some(support) => body.preload(T::zero(), support, constant_forces)?,
                     None => {
-                        let at_rest = Approach::impact(SVector::zeros(), lit(scene.time.theta));
+                        let at_rest = Approach::impact(SVector::zeros(), lit(run.theta));
                         let friction: Vec<T> =
                             laws.iter().map(|law| law.respond(&at_rest).cone.friction()).collect();
                         // Where the run starts from, once: what is left there moves in every step.
@@ -187,7 +199,7 @@ fn check_state(scene: &Scene) -> Result<(), SceneError> {
     Ok(())
 }
 
-fn settings<T: Scalar>(scene: &Scene) -> Settings<T> {
+fn settings<T: Scalar>(scene: &Scene, run: &PlannedRun) -> Settings<T> {
     let time = &scene.time;
     let activation = Activation {
         rule: time.activation,
@@ -195,8 +207,8 @@ fn settings<T: Scalar>(scene: &Scene) -> Settings<T> {
         velocity_tolerance: time.velocity_tolerance.map(lit),
     };
     Settings {
-        theta: lit(time.theta),
-        step: lit(time.step),
+        theta: lit(run.theta),
+        step: lit(scene.step_length()),
         activation,
         allow_unproved_theta: time.allow_unproved_theta,
         lasting: time.lasting,
@@ -240,8 +252,15 @@ fn build_system<T: Scalar, const D: usize>(
         }
         for (polygon, &group) in body.polygons.iter().zip(&groups[body.discs.len()..]) {
             let label = format!("{}.{}", body.name, polygon.name);
-            let vertices: Vec<[T; 2]> = polygon.vertices.iter().map(|x| x.map(lit)).collect();
-            builder.polygon(&label, id, &vertices, ids[group])?;
+            let parts = match polygon.decompose {
+                true => convex_parts(&label, &polygon.vertices)?,
+                false => vec![polygon.vertices.clone()],
+            };
+            for (number, part) in parts.iter().enumerate() {
+                let label = if parts.len() > 1 { format!("{label}.{}", number + 1) } else { label.clone() };
+                let vertices: Vec<[T; 2]> = part.iter().map(|x| x.map(lit)).collect();
+                builder.polygon(&label, id, &vertices, ids[group])?;
+            }
         }
         bodies.push(id);
     }

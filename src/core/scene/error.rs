@@ -68,12 +68,14 @@ pub enum SceneError {
         known: String,
     },
     /// A parameter that no law of the interface has.
-    #[error("interface {interface}: no law of the scene has a parameter `{parameter}`")]
+    #[error("interface {interface}: no law of the scene has a parameter `{parameter}` (known: {known})")]
     UnusedParameter {
         /// The interface, as its two sides.
         interface: String,
         /// The parameter.
         parameter: String,
+        /// Those that the laws have.
+        known: String,
     },
     /// A number is outside its range.
     #[error("{what} is {value}, it must be {range}")]
@@ -92,6 +94,43 @@ pub enum SceneError {
         interface: String,
         /// Why.
         source: LawError,
+    },
+    /// The scene's θ is not one for which a law is proved dissipative.
+    #[error(
+        "interface {interface}: θ = {theta} is outside [{min}, {max}], where the law `{law}` is proved dissipative: leave \
+         time.theta out or choose it inside, or accept it without proof by time.allow_unproved_theta = true"
+    )]
+    UnprovedTheta {
+        /// The interface, as its two sides.
+        interface: String,
+        /// Its law.
+        law: String,
+        /// The value refused.
+        theta: f64,
+        /// Lower end of the claimed interval.
+        min: f64,
+        /// Upper end of the claimed interval.
+        max: f64,
+    },
+    /// No θ is one for which all laws of a run are proved dissipative.
+    #[error(
+        "interface {interface}: the law `{law}` is proved dissipative for θ in [{min}, {max}], and the interfaces before it \
+         want one in [{low}, {high}]: give one of them another law or other parameters, or set time.theta and accept \
+         it without proof by time.allow_unproved_theta = true"
+    )]
+    NoTheta {
+        /// The interface, as its two sides.
+        interface: String,
+        /// Its law.
+        law: String,
+        /// Lower end of its interval.
+        min: f64,
+        /// Upper end of its interval.
+        max: f64,
+        /// Lower end of what the interfaces before it leave.
+        low: f64,
+        /// Upper end of what they leave.
+        high: f64,
     },
     /// A law named for the runs does not exist.
     #[error(transparent)]

@@ -122,6 +122,9 @@ pub struct OutputSpec {
     pub contacts_every: Option<usize>,
     /// A VTK file of the elastic body every so many steps; none where absent.
     pub vtk_every: Option<usize>,
+    /// Write `tables.h5` beside the CSV tables: the same rows in binary (HDF5), for long runs.
+    #[serde(default)]
+    pub hdf5: bool,
     /// The body whose motion the figures show; the first where absent.
     pub figure_body: Option<String>,
     /// The contact whose velocities and percussions the figures show, as `disc|half-plane` or `disc|disc`; the
@@ -172,7 +175,7 @@ pub struct BodySpec {
     /// Contact discs and points of the body.
     #[serde(default)]
     pub discs: Vec<DiscSpec>,
-    /// Convex polygons of the body.
+    /// Polygons of the body.
     #[serde(default)]
     pub polygons: Vec<PolygonSpec>,
 }
@@ -192,14 +195,18 @@ pub struct LoadSpec {
     pub signal: Signal<f64>,
 }
 
-/// A convex polygon of a body.
+/// A polygon of a body: convex, or a simple one that is decomposed.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PolygonSpec {
     /// Name, unique in the body; interfaces call it `body.polygon`.
     pub name: String,
-    /// Vertices in the frame of the body (m), counterclockwise, strictly convex.
+    /// Vertices in the frame of the body (m), counterclockwise, strictly convex unless it is decomposed.
     pub vertices: Vec<[f64; 2]>,
+    /// Split the outline, any one that does not cross itself, into convex parts, which are called `body.polygon.1` and so on
+    /// in outputs.
+    #[serde(default)]
+    pub decompose: bool,
 }
 
 /// A joint: a point of a body held on a point of another, or of the ground.

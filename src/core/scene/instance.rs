@@ -3,7 +3,7 @@
 use super::{PlannedRun, ScalarName, Scene, SceneError, build, event_driven};
 use crate::event_driven::{EventError, Motion, Settings};
 use crate::registry::Registry;
-use crate::scalar::to_f64;
+use crate::scalar::{lit, to_f64};
 use crate::scheme::ThetaScheme;
 use crate::simulate::{Compiled, Simulated, Simulation, Stepper};
 use crate::solver::default_tolerance;
@@ -46,7 +46,11 @@ impl InKind for Simulate<'_> {
         let Parts { scene, run, registry } = self.0;
         let scheme: ThetaScheme<T, D> = build(scene, run, registry)?;
         let stepper = Stepper::new(scheme, scene.time.adaptive_settings())?;
-        Ok(Box::new(Simulated::new(stepper, &run.law, &run.solver)))
+        let simulated = Simulated::new(stepper, &run.law, &run.solver);
+        Ok(match run.last_step {
+            Some(length) => Box::new(simulated.with_last_step(run.steps.saturating_sub(1), lit(length))),
+            None => Box::new(simulated),
+        })
     }
 }
 

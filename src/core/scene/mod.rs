@@ -7,6 +7,7 @@
 //! same run.
 
 mod build;
+mod decompose;
 mod error;
 mod event_driven;
 mod fingerprint;
@@ -15,7 +16,9 @@ mod instance;
 mod names;
 mod plan;
 mod solid;
+mod theta;
 mod time;
+mod warnings;
 
 pub use build::{build, contact_dimension};
 pub use error::{SceneError, line_and_column};
@@ -29,3 +32,4 @@ pub use instance::{InKind, in_kind};
 pub use plan::{Overrides, PlannedRun};
 pub use solid::{MeshSpec, PreloadSpec, PrescribedSpec, SolidSpec, SupportName, TractionSpec};
 pub use time::{AdaptiveSpec, TimeSpec};
+pub use warnings::SceneWarning;

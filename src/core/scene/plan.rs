@@ -35,8 +35,12 @@ pub struct PlannedRun {
     pub law: String,
     /// Cone solver.
     pub solver: String,
-    /// Number of steps, so that the last ends at the end time or just after it; 0 under error control, which chooses it.
+    /// Scheme parameter θ: the scene's, or one that suits the laws of the run.
+    pub theta: f64,
+    /// Number of steps; 0 under error control, which chooses it.
     pub steps: usize,
+    /// Length of the last step (s) where it is shorter than the others, so that it ends at the end time.
+    pub last_step: Option<f64>,
 }
 
 impl Scene {
@@ -49,7 +53,7 @@ impl Scene {
             self.solvers.clone_from(&overrides.solvers);
         }
         let time = &mut self.time;
-        time.theta = overrides.theta.unwrap_or(time.theta);
+        time.theta = overrides.theta.or(time.theta);
         time.step = overrides.step.unwrap_or(time.step);
         time.end = overrides.end.unwrap_or(time.end);
         if overrides.step.is_some() {
@@ -72,7 +76,8 @@ impl Scene {
     /// The runs, laws first.
     ///
     /// # Errors
-    /// [`SceneError::Empty`], an unknown law or solver, a step or an end time out of range.
+    /// [`SceneError::Empty`], an unknown law or solver, a step or an end time out of range, a law that cannot be made, a θ
+    /// that is not for the laws.
     pub fn runs(&self, registry: &Registry) -> Result<Vec<PlannedRun>, SceneError> {
         for (what, empty) in [("law", self.laws.is_empty()), ("solver", self.solvers.is_empty())] {
             if empty {
@@ -102,14 +107,19 @@ impl Scene {
             let what = (*what).into();
             return Err(SceneError::OutOfRange { what, value: 0.0, range: "at least 1" });
         }
-        let steps = self.steps()?;
-        let with_solvers =
-            |law: &String| self.solvers.iter().map(|s| (law.clone(), s.clone())).collect::<Vec<_>>();
-        let pairs = self.laws.iter().flat_map(with_solvers);
-        Ok(pairs.map(|(law, solver)| PlannedRun { law, solver, steps }).collect())
+        let (steps, last_step) = self.steps()?;
+        let mut runs = Vec::new();
+        for law in &self.laws {
+            let theta = self.theta(law, registry)?;
+            for solver in &self.solvers {
+                let (law, solver) = (law.clone(), solver.clone());
+                runs.push(PlannedRun { law, solver, theta, steps, last_step });
+            }
+        }
+        Ok(runs)
     }
 
-    fn steps(&self) -> Result<usize, SceneError> {
+    fn steps(&self) -> Result<(usize, Option<f64>), SceneError> {
         let (step, end) = (self.time.step, self.time.end);
         let positive = |x: f64| x.is_finite() && x > 0.0;
         for (what, value) in [("time.step", step), ("time.end", end)] {
@@ -118,14 +128,25 @@ impl Scene {
             }
         }
         if self.time.adaptive.is_some() {
-            return Ok(0);
+            return Ok((0, None));
         }
         // An end that is a multiple of h but for rounding must not cost a step more.
-        let steps = (end / step - 1e-6).ceil().max(1.0);
+        let exact = end / step;
+        let steps = (exact - ROUNDING).ceil().max(1.0);
         if steps > 1e15 {
             let what = "the number of steps".into();
             return Err(SceneError::OutOfRange { what, value: steps, range: "at most 1e15" });
         }
-        Ok(steps as usize)
+        let is_short = steps > 1.0 && exact < steps - ROUNDING && !self.time.whole_steps;
+        Ok((steps as usize, is_short.then_some(end - (steps - 1.0) * step)))
+    }
+
+    /// Length of the steps (s): never longer than the run, unless it may end after its end time.
+    pub(super) fn step_length(&self) -> f64 {
+        let time = &self.time;
+        if time.whole_steps || time.adaptive.is_some() { time.step } else { time.step.min(time.end) }
     }
 }
+
+/// A part of a step that is rounding of the quotient of the end time by the step.
+const ROUNDING: f64 = 1e-6;

@@ -14,7 +14,7 @@ use crate::system::{Axis, ElasticBody, Hypothesis, MassForm, Material, Signal, S
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SolidSpec {
-    /// Name; interfaces call a group of its mesh `name.group`.
+    /// Name; interfaces call a group of its mesh, or a selected part of its boundary, `name.group`.
     pub name: String,
     /// The mesh.
     pub mesh: MeshSpec,
@@ -58,7 +58,7 @@ fn one() -> f64 {
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MeshSpec {
-    /// Gmsh file (MSH 4.1 or 2.2), relative to the folder of the scene.
+    /// Gmsh file (MSH 2.0 to 4.1), relative to the folder of the scene.
     pub file: Option<PathBuf>,
     /// Width and height (m) of a rectangle with a corner at the origin; groups `bottom`, `right`, `top`, `left`, `body`.
     pub rectangle: Option<[f64; 2]>,
@@ -71,7 +71,8 @@ pub struct MeshSpec {
     pub interval: Option<f64>,
     /// Number of elements of a bar.
     pub elements: Option<usize>,
-    /// New names of groups of a built-in mesh, by the old ones.
+    /// New names of groups, geometric entities (`curve 3`) or selected parts of the boundary (`left`, `x < 1e-6`, `normal -y`),
+    /// by the old ones.
     #[serde(default)]
     pub groups: BTreeMap<String, String>,
 }
@@ -120,7 +121,7 @@ impl SupportName {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PrescribedSpec {
-    /// Group of the mesh.
+    /// Group of the mesh, or a selected part of its boundary.
     pub group: String,
     /// Component.
     pub axis: Axis,
@@ -135,7 +136,7 @@ pub struct PrescribedSpec {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TractionSpec {
-    /// Group of the mesh.
+    /// Group of the mesh, or a selected part of its boundary.
     pub group: String,
     /// Traction (Pa), times the signal.
     pub stress: [f64; 2],
@@ -163,10 +164,13 @@ impl MeshSpec {
             }
             _ => return Err(format("mesh needs one of file, rectangle and interval").into()),
         };
-        // A file has the names it has: the new ones may be in it already.
-        if self.file.is_none() {
-            mesh.rename_groups(self.groups.iter().map(|(old, new)| (old.as_str(), new.as_str())))?;
+        if self.size.is_some() && self.rectangle.is_none() {
+            return Err(format("mesh.size goes with mesh.rectangle alone").into());
         }
+        if self.elements.is_some() && self.interval.is_none() {
+            return Err(format("mesh.elements goes with mesh.interval alone").into());
+        }
+        mesh.rename_groups(self.groups.iter().map(|(old, new)| (old.as_str(), new.as_str())))?;
         Ok(mesh)
     }
 }
@@ -182,8 +186,7 @@ impl SolidSpec {
             hypothesis: self.hypothesis,
         };
         let mesh = self.mesh.mesh(&scene.folder)?;
-        let groups: Vec<String> = mesh.group_names().map(String::from).collect();
-        let mut builder = ElasticBody::builder(&self.name, mesh, material)?;
+        let mut builder = ElasticBody::builder(&self.name, mesh.clone(), material)?;
         builder.mass(self.mass);
         let [alpha, beta] = self.rayleigh.map(lit);
         builder.rayleigh(alpha, beta)?;
@@ -197,7 +200,11 @@ impl SolidSpec {
         let mut interfaces = Vec::new();
         for (index, spec) in scene.interfaces.iter().enumerate() {
             let unknown = |name: &String| {
-                let sides = groups.iter().map(|group| format!("{}.{group}", self.name));
+                let selected =
+                    ["left", "x < 1e-6", "normal -y"].map(|part| format!("`{}.{part}`", self.name));
+                let selected = format!("parts of the boundary as {}", selected.join(" or "));
+                let sides = mesh.group_names().take(20).map(|group| format!("{}.{group}", self.name));
+                let sides = sides.chain([selected]);
                 let planes = scene.half_planes.iter().map(|plane| plane.name.clone());
                 let known = sides.chain(planes).collect::<Vec<_>>().join(", ");
                 let place = format!("interface {}", spec.label());
@@ -205,7 +212,7 @@ impl SolidSpec {
             };
             let group = |name: &String| {
                 let group = name.strip_prefix(&self.name)?.strip_prefix('.')?;
-                groups.iter().find(|known| *known == group)
+                mesh.knows_group(group).then(|| group.to_string())
             };
             let plane = |name: &String| scene.half_planes.iter().find(|plane| plane.name == *name);
             let [a, b] = &spec.between;
@@ -217,7 +224,7 @@ impl SolidSpec {
             };
             let own = builder.interface();
             interfaces.push(index);
-            builder.contact(group, &plane.name, plane.point.map(lit), plane.normal.map(lit), own)?;
+            builder.contact(&group, &plane.name, plane.point.map(lit), plane.normal.map(lit), own)?;
         }
         Ok((builder.build()?, interfaces))
     }

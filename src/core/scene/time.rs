@@ -15,10 +15,14 @@ pub struct TimeSpec {
     pub step: f64,
     /// Error control, where the file says `step = "adaptive"`.
     pub adaptive: Option<AdaptiveSpec>,
-    /// End of the run (s); it starts at 0.
+    /// End of the run (s); it starts at 0. The last step is shortened to end there, and a step longer than the run is the run;
+    /// where displacements move or bodies may sleep, whose steps have one length, the run stops at the last whole step.
     pub end: f64,
-    /// Scheme parameter θ ∈ [0, 1] (dimensionless).
-    pub theta: f64,
+    /// Make the last step as long as the others, past the end where that is no multiple of the step.
+    pub whole_steps: bool,
+    /// Scheme parameter θ ∈ [0, 1] (dimensionless); where absent the nearest to ½ for which every law of a run is proved
+    /// dissipative.
+    pub theta: Option<f64>,
     /// Accept a θ outside the interval in which a law is proved dissipative.
     pub allow_unproved_theta: bool,
     /// Contacts that carried a percussion and are slow are no impacts; `false` takes the rule of the active set literally.
@@ -89,8 +93,9 @@ struct TimeFields {
     max_step: Option<f64>,
     max_steps: Option<usize>,
     end: f64,
-    #[serde(default = "half")]
-    theta: f64,
+    #[serde(default)]
+    whole_steps: bool,
+    theta: Option<f64>,
     #[serde(default)]
     allow_unproved_theta: bool,
     #[serde(default = "yes")]
@@ -104,10 +109,6 @@ struct TimeFields {
     gap_tolerance: Option<f64>,
     velocity_tolerance: Option<f64>,
     joint_tolerance: Option<f64>,
-}
-
-fn half() -> f64 {
-    0.5
 }
 
 fn one() -> f64 {
@@ -179,6 +180,7 @@ impl TryFrom<TimeFields> for TimeSpec {
             step,
             adaptive,
             end,
+            whole_steps: fields.whole_steps,
             theta: fields.theta,
             allow_unproved_theta: fields.allow_unproved_theta,
             lasting: fields.lasting,

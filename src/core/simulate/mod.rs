@@ -14,7 +14,7 @@ pub use stepper::Stepper;
 
 use crate::adaptive::AdaptiveError;
 use crate::observe::ObserveError;
-use crate::scheme::StepError;
+use crate::scheme::{SetupError, StepError};
 
 /// How a run ended that nothing went wrong in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,6 +35,9 @@ pub enum SimulateError {
     /// A step under error control could not be made.
     #[error(transparent)]
     Adaptive(#[from] AdaptiveError),
+    /// The last step, shorter than the others, could not be set up.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
     /// An output could not be written.
     #[error(transparent)]
     Observe(#[from] ObserveError),

@@ -11,7 +11,7 @@ use crate::linalg::BlockRows;
 use crate::mesh::Mesh;
 use crate::observe::{ContactRecord, ObserveError, Observer, RunInfo};
 use crate::scalar::{Scalar, lit, to_f64};
-use crate::scheme::{RestoreError, Snapshot};
+use crate::scheme::{RestoreError, SetupError, Snapshot};
 
 /// A run that is ready to start, or under way: a [`Stepper`] of any arithmetic and contact dimension. Numbers are `f64`.
 pub trait Simulation: Debug + Send {
@@ -97,6 +97,19 @@ pub trait Simulation: Debug + Send {
         Ok(ended)
     }
 
+    /// The cone problem of the last step, or of the one that failed, as a problem file.
+    ///
+    /// # Errors
+    /// [`FclibError`](crate::fclib::FclibError): contacts of a kind the layout does not know.
+    #[cfg(feature = "fclib")]
+    fn cone_problem(
+        &self,
+        info: crate::fclib::Info,
+    ) -> Result<crate::fclib::Problem, crate::fclib::FclibError>;
+
+    /// The contacts that overlap in the state reached: their names and their gaps (m), all negative.
+    fn overlaps(&mut self) -> Vec<(String, f64)>;
+
     /// The state reached, to go on from; under error control, which keeps more than its state, `None`.
     fn snapshot(&self) -> Option<Snapshot>;
 
@@ -112,6 +125,8 @@ pub trait Simulation: Debug + Send {
 pub struct Simulated<T: Scalar, const D: usize> {
     stepper: Stepper<T, D>,
     info: RunInfo,
+    /// The step that is shorter than the others, and its length (s).
+    last: Option<(usize, T)>,
 }
 
 impl<T: Scalar, const D: usize> Simulated<T, D> {
@@ -120,7 +135,14 @@ impl<T: Scalar, const D: usize> Simulated<T, D> {
         let scheme = stepper.scheme();
         let laws = scheme.laws().iter().map(|law| law.name().to_string()).collect();
         let info = RunInfo::new(law, solver, laws, scheme.settings()).with_rows(scheme.rows());
-        Self { stepper, info }
+        Self { stepper, info, last: None }
+    }
+
+    /// The same, of fixed steps of which the one after `before` steps has the length `length` (s): it ends where the run
+    /// does. Where steps must have one length (displacements that move, bodies that sleep) it is not made.
+    #[must_use]
+    pub fn with_last_step(self, before: usize, length: T) -> Self {
+        Self { last: Some((before, length)), ..self }
     }
 
     /// The stepper.
@@ -209,6 +231,25 @@ impl<T: Compiled<D>, const D: usize> Simulation for Simulated<T, D> {
         found.into_iter().map(|id| (id, system.contact_label(id))).collect()
     }
 
+    #[cfg(feature = "fclib")]
+    fn cone_problem(
+        &self,
+        info: crate::fclib::Info,
+    ) -> Result<crate::fclib::Problem, crate::fclib::FclibError> {
+        crate::fclib::Problem::from_cone(&self.stepper.scheme().cone_problem().cast::<f64>(), info)
+    }
+
+    fn overlaps(&mut self) -> Vec<(String, f64)> {
+        let found = match &mut self.stepper {
+            Stepper::Fixed(scheme) => scheme.candidates(T::zero()),
+            Stepper::Adaptive(driver) => driver.candidates(T::zero()),
+        };
+        let deep = found.iter().filter(|candidate| candidate.gap < T::zero());
+        let deep: Vec<_> = deep.map(|candidate| (candidate.id, to_f64(candidate.gap))).collect();
+        let system = self.stepper.scheme().system();
+        deep.into_iter().map(|(id, gap)| (system.contact_label(id), gap)).collect()
+    }
+
     fn moved_by(&self, contact: ContactId) -> Vec<usize> {
         let scheme = self.stepper.scheme();
         let mut row = BlockRows::<T, D>::new();
@@ -226,7 +267,19 @@ impl<T: Compiled<D>, const D: usize> Simulation for Simulated<T, D> {
         sinks: &mut [&mut dyn Sink],
         interrupt: &AtomicBool,
     ) -> Result<Ended, SimulateError> {
-        self.stepper.advance(steps, &mut observers(sinks), interrupt)
+        let index = self.index();
+        let last = self.last.filter(|&(before, _)| (index..index.saturating_add(steps)).contains(&before));
+        let Some((before, length)) = last else {
+            return self.stepper.advance(steps, &mut observers(sinks), interrupt);
+        };
+        if self.stepper.advance(before - index, &mut observers(sinks), interrupt)? == Ended::Interrupted {
+            return Ok(Ended::Interrupted);
+        }
+        match self.stepper.fixed().map(|scheme| scheme.set_step(length)) {
+            Some(Err(SetupError::MovingStep | SetupError::SleepingStep)) => Ok(Ended::Completed),
+            Some(Err(error)) => Err(error.into()),
+            _ => self.stepper.advance(1, &mut observers(sinks), interrupt),
+        }
     }
 
     fn end(&self, sinks: &mut [&mut dyn Sink]) -> Result<(), ObserveError> {
@@ -242,7 +295,14 @@ impl<T: Compiled<D>, const D: usize> Simulation for Simulated<T, D> {
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), RestoreError> {
         match self.stepper.fixed() {
-            Some(scheme) => scheme.restore(snapshot),
+            Some(scheme) => {
+                // A run that is over has made its last step with another length.
+                let whole: T = lit(self.info.step);
+                if scheme.settings().step != whole && scheme.set_step(whole).is_err() {
+                    return Err(RestoreError { what: "the step has another length".into() });
+                }
+                scheme.restore(snapshot)
+            }
             None => Err(RestoreError { what: "error control keeps more than a snapshot holds".into() }),
         }
     }

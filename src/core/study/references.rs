@@ -94,10 +94,10 @@ impl Target {
         time.adaptive = None;
         if spec.kind == FINEST {
             time.step = spec.h.or(least.map(|h| h / FINER)).unwrap_or(time.step);
-            time.theta = spec.theta.unwrap_or(time.theta);
+            time.theta = spec.theta.or(Some(job.run.theta));
         } else {
             // The continuous motion has no θ but that of the law in the limit, ½.
-            (time.step, time.theta) = (ANY_STEP, 0.5);
+            (time.step, time.theta) = (ANY_STEP, Some(0.5));
         }
         // An end that is a multiple of h is reached but for rounding.
         time.end *= 1.0 + BEYOND;

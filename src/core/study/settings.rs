@@ -87,7 +87,7 @@ impl RunSettings {
     pub(super) fn new(scene: &Scene, run: &PlannedRun, keys: Vec<(String, Value)>) -> Self {
         Self {
             law: run.law.clone(),
-            theta: scene.time.theta,
+            theta: run.theta,
             stepping: Stepping::of(scene),
             solver: run.solver.clone(),
             tolerance: scene.solver.tolerance.unwrap_or_else(|| scene.scalar.default_tolerance()),

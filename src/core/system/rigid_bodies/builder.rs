@@ -83,6 +83,10 @@ fn turn<T: Scalar>(a: &[T; 2], b: &[T; 2], c: &[T; 2]) -> T {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
+/// What is wrong with a vertex of a concave outline.
+const CONCAVE: &str = "the outline is concave there, polygons are strictly convex: split it, which a scene does by \
+                       decompose = true";
+
 fn check_polygon<T: Scalar>(label: &str, vertices: &[[T; 2]]) -> Result<(), SystemError> {
     let n = vertices.len();
     let error = |vertex, reason| Err(SystemError::Polygon { label: label.into(), vertex, reason });
@@ -92,10 +96,18 @@ fn check_polygon<T: Scalar>(label: &str, vertices: &[[T; 2]]) -> Result<(), Syst
     if let Some(vertex) = vertices.iter().position(|x| !all_finite(x)) {
         return error(vertex, "it is not finite");
     }
+    let turns = |i: usize| turn(&vertices[(i + n - 1) % n], &vertices[i], &vertices[(i + 1) % n]);
+    if (0..n).all(|i| turns(i) < T::zero()) {
+        return error(0, "the outline runs clockwise: give its vertices in counterclockwise order");
+    }
+    let area = (1..n - 1).fold(T::zero(), |sum, i| sum + turn(&vertices[0], &vertices[i], &vertices[i + 1]));
     for i in 0..n {
-        let [before, at, after] = [(i + n - 1) % n, i, (i + 1) % n].map(|k| &vertices[k]);
-        if !(turn(before, at, after) > T::zero()) {
-            return error(i, "the outline must turn left there (strictly convex, counterclockwise)");
+        let [at, after] = [i, (i + 1) % n].map(|k| &vertices[k]);
+        if turns(i) == T::zero() {
+            return error(i, "the outline is straight there: leave the vertex out");
+        }
+        if !(turns(i) > T::zero()) {
+            return error(i, if area > T::zero() { CONCAVE } else { "the outline must turn left there" });
         }
         // Turning left everywhere could still mean turning round twice.
         if (1..n - 1).contains(&i) && !(turn(&vertices[0], at, after) > T::zero()) {
