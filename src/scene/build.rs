@@ -4,6 +4,7 @@ use nalgebra::SVector;
 
 use super::format::InterfaceSpec;
 use super::names::{Directory, Groups};
+use super::obstacles::check_obstacles;
 use super::{LoadSpec, PlannedRun, PreloadSpec, Scene, SceneError};
 use crate::laws::{Approach, ContactLaw, Rows};
 use crate::registry::Registry;
@@ -112,7 +113,7 @@ pub(super) fn parts<T: Scalar, const D: usize>(
 ) -> Result<Parts<T, D>, SceneError> {
     check_state(scene)?;
     match &scene.solid {
-        Some(solid) if scene.bodies.is_empty() => {
+        Some(solid) if scene.bodies.is_empty() && scene.obstacles.is_empty() => {
             let (mut body, interfaces) = solid.body::<T>(scene)?;
             let of = |&interface: &usize| scene.interfaces[interface].law(run, registry);
             let laws = interfaces.iter().map(of).collect::<Result<Vec<AnyLaw<T, D>>, _>>()?;
@@ -175,6 +176,7 @@ fn check_state(scene: &Scene) -> Result<(), SceneError> {
         None => Ok(()),
     };
     check(&|| "gravity".into(), &scene.gravity)?;
+    check_obstacles(scene)?;
     if let Some(solid) = &scene.solid {
         check(&|| format!("velocity of `{}`", solid.name), &solid.velocity)?;
     }
@@ -217,9 +219,12 @@ fn build_system<T: Scalar, const D: usize>(
     directory.check_interfaces(scene)?;
     let mut builder = RigidBodies::builder();
     let mut groups = Groups::default();
-    let contactor_groups: Vec<Vec<usize>> = (directory.contactors.iter())
-        .map(|body| body.iter().map(|names| groups.of(Directory::sides(scene, names))).collect())
-        .collect();
+    let mut of_all = |all: &[Vec<_>]| -> Vec<Vec<usize>> {
+        let mut of = |names| groups.of(Directory::sides(scene, names));
+        all.iter().map(|shapes| shapes.iter().map(&mut of).collect()).collect()
+    };
+    let contactor_groups = of_all(&directory.contactors);
+    let obstacle_groups = of_all(&directory.obstacles);
     let plane_groups: Vec<usize> =
         directory.planes.iter().map(|names| groups.of(Directory::sides(scene, names))).collect();
     let sides = groups.into_sides();
@@ -244,6 +249,10 @@ fn build_system<T: Scalar, const D: usize>(
             builder.polygon(&label, id, &vertices, ids[group])?;
         }
         bodies.push(id);
+    }
+    for (obstacle, groups) in scene.obstacles.iter().zip(&obstacle_groups) {
+        let groups: Vec<_> = groups.iter().map(|&group| ids[group]).collect();
+        obstacle.build(&mut builder, &groups)?;
     }
     for joint in &scene.joints {
         let named = |name: &String| {

@@ -51,6 +51,12 @@ pub enum SceneError {
         /// Laws, solvers or bodies.
         what: &'static str,
     },
+    /// An arc with one angle.
+    #[error("arc `{arc}` has one of `from` and `to`: an arc needs both, a whole circle neither")]
+    HalfArc {
+        /// Name of the arc.
+        arc: String,
+    },
     /// Two things have one name.
     #[error("the name `{name}` is taken twice")]
     DuplicateName {
@@ -114,8 +120,8 @@ pub enum SceneError {
     /// The preload with contacts was not found.
     #[error(transparent)]
     Equilibrium(#[from] EquilibriumError),
-    /// Rigid bodies and an elastic one in the same scene.
-    #[error("the scene has bodies and a solid; it must have one or the other")]
+    /// Rigid bodies or obstacles and an elastic body in the same scene.
+    #[error("the scene has bodies or obstacles and a solid; it must have one or the other")]
     Mixed,
     /// Error control cannot start.
     #[error(transparent)]

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 
-use super::{SceneError, SolidSpec, TimeSpec};
+use super::{ObstacleSpec, SceneError, SolidSpec, TimeSpec};
 use crate::observe::Units;
 use crate::system::Signal;
 
@@ -47,6 +47,9 @@ pub struct Scene {
     /// Fixed half-planes.
     #[serde(default)]
     pub half_planes: Vec<HalfPlaneSpec>,
+    /// Fixed shapes of any kind.
+    #[serde(default)]
+    pub obstacles: Vec<ObstacleSpec>,
     /// Joints between bodies, or to the ground.
     #[serde(default)]
     pub joints: Vec<JointSpec>,
@@ -133,7 +136,7 @@ pub struct OutputSpec {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BodySpec {
-    /// Name, unique among bodies and half-planes.
+    /// Name, unique among bodies, obstacles and half-planes.
     pub name: String,
     /// Groups the body belongs to, for interfaces.
     #[serde(default)]
@@ -240,7 +243,7 @@ pub struct DiscSpec {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HalfPlaneSpec {
-    /// Name, unique among bodies and half-planes.
+    /// Name, unique among bodies, obstacles and half-planes.
     pub name: String,
     /// A point of its boundary (m).
     #[serde(default)]
@@ -253,7 +256,7 @@ pub struct HalfPlaneSpec {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct InterfaceSpec {
-    /// Each side is a body, a disc or polygon `body.name`, a half-plane or a group. The first interface that fits a pair
+    /// Each side is a body or an obstacle, one of its shapes `body.name`, a half-plane or a group. The first interface that fits a pair
     /// governs it; pairs that fit none pass through each other.
     pub between: [String; 2],
     /// A law this interface keeps in every run, in place of the law of the run.

@@ -13,6 +13,7 @@ mod fingerprint;
 mod format;
 mod instance;
 mod names;
+mod obstacles;
 mod plan;
 mod solid;
 mod time;
@@ -26,6 +27,7 @@ pub use format::{
     ScalarName, Scene, SolverSpec, UnitsName,
 };
 pub use instance::{InKind, in_kind};
+pub use obstacles::{ArcSpec, ChainSpec, ObstacleSpec};
 pub use plan::{Overrides, PlannedRun};
 pub use solid::{MeshSpec, PreloadSpec, PrescribedSpec, SolidSpec, SupportName, TractionSpec};
 pub use time::{AdaptiveSpec, TimeSpec};

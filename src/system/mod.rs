@@ -37,7 +37,9 @@ pub use gaps::{SmoothContacts, SmoothGap};
 pub use lagrangian::Lagrangian;
 pub use nonlinear::{NonlinearLagrangian, NonlinearTerms};
 pub use prescribed::Prescribed;
-pub use rigid_bodies::{Body, BodyId, ContactorId, GroupId, RigidBodies, RigidBodiesBuilder, polygon_body};
+pub use rigid_bodies::{
+    Body, BodyId, ContactorId, GroupId, RigidBodies, RigidBodiesBuilder, RoundSide, polygon_body,
+};
 pub use signal::Signal;
 
 use crate::contact::{Candidate, ContactId};

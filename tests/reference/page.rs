@@ -7,11 +7,13 @@ use nonsmooth::registry::Registry;
 use super::source::{Field, Item, attribute, item, renamed, text, value_of};
 
 /// Where the types of scene files are.
-const FILES: [&str; 9] = [
+const FILES: [&str; 11] = [
     "src/scene/format.rs",
+    "src/scene/obstacles.rs",
     "src/scene/solid.rs",
     "src/scene/time.rs",
     "src/scheme/activation.rs",
+    "src/system/rigid_bodies/curves.rs",
     "src/system/signal.rs",
     "src/system/elastic/material.rs",
     "src/system/elastic/mod.rs",

@@ -4,7 +4,7 @@ use nalgebra::Vector2;
 
 use super::identity::{MOST_CONTACTORS, MOST_VERTICES};
 use super::joint::{Joint, JointSet, Side};
-use super::shape::{Contactor, HalfPlane, Outline, Polygon};
+use super::shape::{Contactor, GROUND, HalfPlane, Outline, Polygon};
 use super::sweep::Sweep;
 use super::swept::Crossings;
 use super::{Interfaces, RigidBodies};
@@ -24,10 +24,13 @@ pub struct Body<T> {
 
 /// A body of the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct BodyId(usize);
+pub struct BodyId(pub(super) usize);
 
 impl BodyId {
-    /// Index i of the body: it owns q[3i..3i+3].
+    /// What is fixed: its frame is the fixed one, and its shapes move nowhere.
+    pub const GROUND: Self = Self(GROUND);
+
+    /// Index i of the body: it owns q[3i..3i+3], but for the [ground](Self::GROUND).
     pub fn index(self) -> usize {
         self.0
     }
@@ -35,26 +38,26 @@ impl BodyId {
 
 /// A disc or point of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ContactorId(usize);
+pub struct ContactorId(pub(super) usize);
 
 /// A group of contactors and half-planes: interfaces are declared between groups.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct GroupId(usize);
+pub struct GroupId(pub(super) usize);
 
 /// Builder of [`RigidBodies`].
 #[derive(Debug, Clone)]
 pub struct RigidBodiesBuilder<T: Scalar> {
-    bodies: Vec<(String, Body<T>)>,
-    force: Vec<T>,
-    loads: Vec<Load<T>>,
+    pub(super) bodies: Vec<(String, Body<T>)>,
+    pub(super) force: Vec<T>,
+    pub(super) loads: Vec<Load<T>>,
     /// Diagonals of K and C; empty while no body has a spring, no body a damper.
-    stiffness: Vec<T>,
-    damping: Vec<T>,
-    contactors: Vec<Contactor<T>>,
-    planes: Vec<HalfPlane<T>>,
-    groups: usize,
-    interfaces: Vec<(usize, usize)>,
-    joints: Vec<Joint<T>>,
+    pub(super) stiffness: Vec<T>,
+    pub(super) damping: Vec<T>,
+    pub(super) contactors: Vec<Contactor<T>>,
+    pub(super) planes: Vec<HalfPlane<T>>,
+    pub(super) groups: usize,
+    pub(super) interfaces: Vec<(usize, usize)>,
+    pub(super) joints: Vec<Joint<T>>,
 }
 
 impl<T: Scalar> Default for RigidBodiesBuilder<T> {
@@ -66,7 +69,7 @@ impl<T: Scalar> Default for RigidBodiesBuilder<T> {
     }
 }
 
-fn check<T: Scalar>(
+pub(super) fn check<T: Scalar>(
     what: impl FnOnce() -> String,
     values: &[T],
     ok: impl Fn(T) -> bool,
@@ -141,7 +144,7 @@ pub fn polygon_body<T: Scalar>(
     Ok((body, vertices, centre.into()))
 }
 
-fn known(what: &'static str, index: usize, count: usize) -> Result<usize, SystemError> {
+pub(super) fn known(what: &'static str, index: usize, count: usize) -> Result<usize, SystemError> {
     if index < count { Ok(index) } else { Err(SystemError::Unknown { what, index, count }) }
 }
 
@@ -254,7 +257,8 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         GroupId(self.groups - 1)
     }
 
-    /// Adds a disc of radius `radius` ≥ 0 (m), a point if 0, centred at `centre` (m) in the frame of the body.
+    /// Adds a disc of radius `radius` ≥ 0 (m), a point if 0, centred at `centre` (m) in the frame of the body, or of the
+    /// [ground](BodyId::GROUND).
     ///
     /// # Errors
     /// [`SystemError::OutOfRange`], [`SystemError::Unknown`].
@@ -266,13 +270,18 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         radius: T,
         group: GroupId,
     ) -> Result<ContactorId, SystemError> {
-        let body = known("body", body.0, self.bodies.len())?;
+        let body = self.owner(body)?;
         let group = known("group", group.0, self.groups)?;
         check(|| format!("radius of `{label}`"), &[radius], |x| x >= T::zero(), "finite and ≥ 0")?;
         check(|| format!("centre of `{label}`"), &centre, |_| true, "finite")?;
         let (label, centre) = (label.into(), Vector2::from(centre));
-        self.contactors.push(Contactor { label, body, centre, radius, outline: Outline::Disc, group });
+        self.contactors.push(Contactor { label, body, centre, radius, outline: Outline::Disc, window: None, group });
         Ok(ContactorId(self.contactors.len() - 1))
+    }
+
+    /// The body a shape is added to, or the ground.
+    pub(super) fn owner(&self, body: BodyId) -> Result<usize, SystemError> {
+        if body == BodyId::GROUND { Ok(GROUND) } else { known("body", body.0, self.bodies.len()) }
     }
 
     /// Adds a strictly convex polygon with `vertices` (m) in the frame of the body, from its centre of mass, in
@@ -288,7 +297,7 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         vertices: &[[T; 2]],
         group: GroupId,
     ) -> Result<ContactorId, SystemError> {
-        let body = known("body", body.0, self.bodies.len())?;
+        let body = self.owner(body)?;
         let group = known("group", group.0, self.groups)?;
         check_polygon(label, vertices)?;
         let vertices: Vec<Vector2<T>> = vertices.iter().map(|&x| x.into()).collect();
@@ -298,7 +307,7 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         let larger = nalgebra::RealField::max;
         let radius = vertices.iter().fold(T::zero(), |r, x| larger(r, (x - centre).norm()));
         let outline = Outline::Polygon(Polygon::new(vertices));
-        self.contactors.push(Contactor { label: label.into(), body, centre, radius, outline, group });
+        self.contactors.push(Contactor { label: label.into(), body, centre, radius, outline, window: None, group });
         Ok(ContactorId(self.contactors.len() - 1))
     }
 

@@ -1,10 +1,12 @@
-//! Planar rigid bodies (x, y, angle) of points, discs and convex polygons against fixed half-planes and each other,
-//! held together by joints.
+//! Planar rigid bodies (x, y, angle) of points, discs, arcs and convex polygons against half-planes, fixed shapes and each
+//! other, held together by joints.
 
 mod builder;
+mod curves;
 mod identity;
 mod joint;
 mod narrow;
+mod round;
 mod seams;
 mod shape;
 mod sweep;
@@ -13,15 +15,16 @@ mod swept;
 use nalgebra::{SVector, Vector2};
 
 pub use builder::{Body, BodyId, ContactorId, GroupId, RigidBodiesBuilder, polygon_body};
+pub use curves::RoundSide;
 
 use super::{Contacts, Describe, Dynamics, Forces, Joints, Scales};
 use crate::contact::{Candidate, ContactId};
 use crate::linalg::{BlockRows, Symmetric, max_abs};
-use crate::scalar::{Scalar, lit};
+use crate::scalar::Scalar;
 use identity::{Features, Pair};
 use joint::JointSet;
 use seams::Touch;
-use shape::{Contactor, HalfPlane, Pose};
+use shape::{Contactor, GROUND, HalfPlane, Pose};
 use sweep::Sweep;
 use swept::Crossings;
 
@@ -94,6 +97,9 @@ impl<T: Scalar> RigidBodies<T> {
                 }
                 match contactor.polygon() {
                     None => {
+                        if contactor.is_hollow() || !contactor.shows(&-plane.normal, q) {
+                            continue;
+                        }
                         let id = Pair::Plane { disc: i, plane: j }.id();
                         out.push(Candidate { id, interface, gap });
                     }
@@ -122,7 +128,7 @@ impl<T: Scalar> RigidBodies<T> {
         sweep.update(|i| (contactors[i].position(q), contactors[i].radius));
         sweep.for_each_near_pair(reach, |i, j, (x, y)| {
             let (one, other) = (&contactors[i], &contactors[j]);
-            let sleeps = |body: usize| asleep.get(body) == Some(&true);
+            let sleeps = |body: usize| body == GROUND || asleep.get(body) == Some(&true);
             if one.body == other.body || sleeps(one.body) && sleeps(other.body) {
                 return;
             }
@@ -136,9 +142,13 @@ impl<T: Scalar> RigidBodies<T> {
                     out.push(Candidate { id: pair.id(), interface, gap });
                 }
             };
+            if one.is_round() && other.is_round() || one.is_hollow() || other.is_hollow() {
+                round::contacts((i, one), (j, other), (x, y), q, meet);
+                return;
+            }
             let poses = || (Pose::of(one.body, q), Pose::of(other.body, q));
             match (one.polygon(), other.polygon()) {
-                (None, None) => meet(Pair::Discs(i, j), circles),
+                (None, None) => {}
                 (Some(a), Some(b)) => {
                     let (at, bt) = poses();
                     let size = one.radius + other.radius;
@@ -148,11 +158,15 @@ impl<T: Scalar> RigidBodies<T> {
                 }
                 (Some(a), None) => {
                     let (features, gap) = narrow::disc((a, &poses().0), &y, other.radius);
-                    meet(Pair::Features { a: i, b: j, features }, gap);
+                    if round::shows((a, &poses().0), (other, &y), features, q) {
+                        meet(Pair::Features { a: i, b: j, features }, gap);
+                    }
                 }
                 (None, Some(b)) => {
                     let (features, gap) = narrow::disc((b, &poses().1), &x, one.radius);
-                    meet(Pair::Features { a: j, b: i, features }, gap);
+                    if round::shows((b, &poses().1), (one, &x), features, q) {
+                        meet(Pair::Features { a: j, b: i, features }, gap);
+                    }
                 }
             }
         });
@@ -179,8 +193,10 @@ impl<T: Scalar> RigidBodies<T> {
         match pair {
             Pair::Discs(i, j) => {
                 let (one, other) = (&self.contactors[i], &self.contactors[j]);
-                let normal = direction(one.position(q) - other.position(q), Vector2::y);
-                let arms = (one.lever(q) - normal * one.radius, other.lever(q) + normal * other.radius);
+                let between = direction(one.position(q) - other.position(q), Vector2::y);
+                let normal = between * round::sign(one, other);
+                let arms =
+                    (one.lever(q) - normal * one.curvature(), other.lever(q) + normal * other.curvature());
                 ([(one.body, arms.0), (other.body, arms.1)], normal)
             }
             Pair::Features { a, b, features: Features::VertexEdge(v, edge) } => {
@@ -197,8 +213,9 @@ impl<T: Scalar> RigidBodies<T> {
             Pair::Features { a, b, features: Features::VertexDisc(v) } => {
                 let disc = &self.contactors[b];
                 let between = disc.position(q) - pose(a).place(&vertex(a, v));
-                let normal = direction(between, || normal(a, v));
-                at(b, a, disc.lever(q) - normal * disc.radius, normal)
+                let outside = if disc.is_hollow() { -T::one() } else { T::one() };
+                let normal = direction(between, || normal(a, v)) * outside;
+                at(b, a, disc.lever(q) - normal * disc.curvature(), normal)
             }
             Pair::Plane { .. } | Pair::Corner { .. } => unreachable!("a half-plane is no body"),
         }
@@ -212,7 +229,7 @@ fn direction<T: Scalar>(x: Vector2<T>, otherwise: impl FnOnce() -> Vector2<T>) -
 }
 
 /// The columns of one body in H: u = frame·(v + ω × arm), for a contact at `arm` from its centre of mass; where D = 3 the
-/// third row is the rotation ω.
+/// third row is the rotation ω. What is fixed has none.
 #[inline]
 fn push_body<T: Scalar, const D: usize>(
     out: &mut BlockRows<T, D>,
@@ -222,6 +239,9 @@ fn push_body<T: Scalar, const D: usize>(
     arm: &Vector2<T>,
 ) {
     const { assert!(D <= 3, "planar bodies have contacts of dimension 1, 2, or 3 where they roll") };
+    if body == GROUND {
+        return;
+    }
     let tangent = Vector2::new(normal.y, -normal.x);
     let spin = Vector2::new(-arm.y, arm.x);
     let column = |direction: &Vector2<T>, turns: T| {
@@ -270,7 +290,8 @@ impl<T: Scalar> Dynamics<T> for RigidBodies<T> {
     fn scales(&self, q: &[T], v: &[T]) -> Scales<T> {
         let positive = |x: T, other: T| if x > T::zero() { x } else { other };
         let larger = nalgebra::RealField::max;
-        let size = self.contactors.iter().fold(T::zero(), |l, c| larger(l, c.centre.norm() + c.radius));
+        let moving = self.contactors.iter().filter(|contactor| contactor.body != GROUND);
+        let size = moving.fold(T::zero(), |l, c| larger(l, c.centre.norm() + c.radius));
         let length = positive(size, positive(max_abs(q), T::one()));
         let mut weight = self.forces.constant_part().to_vec();
         if let Symmetric::Diagonal(mass) = &self.mass {
@@ -354,7 +375,7 @@ impl<T: Scalar, const D: usize> Contacts<T, D> for RigidBodies<T> {
             }
             Pair::Discs(i, j) => {
                 let (one, other) = (&self.contactors[i], &self.contactors[j]);
-                (one.position(q) - other.position(q)).norm() - one.radius - other.radius
+                round::gap(one, other, &(one.position(q) - other.position(q)))
             }
             Pair::Features { a, b, features: Features::VertexEdge(vertex, edge) } => {
                 on_edge(a, vertex, b, edge)
@@ -367,9 +388,12 @@ impl<T: Scalar, const D: usize> Contacts<T, D> for RigidBodies<T> {
                 let apart = disc.position(q) - at.place(&polygon.vertices[i]);
                 let on_vertex =
                     matches!(Pair::of(contact), Pair::Features { features: Features::VertexDisc(_), .. });
-                let distance =
-                    if on_vertex { apart.norm() } else { at.turn(&polygon.normals[i]).dot(&apart) };
-                distance - disc.radius
+                let distance = match on_vertex {
+                    true if disc.is_hollow() => -apart.norm(),
+                    true => apart.norm(),
+                    false => at.turn(&polygon.normals[i]).dot(&apart),
+                };
+                distance - disc.curvature()
             }
         }
     }
@@ -377,22 +401,7 @@ impl<T: Scalar, const D: usize> Contacts<T, D> for RigidBodies<T> {
 
 impl<T: Scalar> Describe<T> for RigidBodies<T> {
     fn outlines(&self, q: &[T], sides: usize) -> Vec<Vec<[T; 2]>> {
-        let outline = |contactor: &Contactor<T>| -> Vec<[T; 2]> {
-            let pose = Pose::of(contactor.body, q);
-            let mut points: Vec<[T; 2]> = match contactor.polygon() {
-                Some(polygon) => polygon.vertices.iter().map(|x| pose.place(x).into()).collect(),
-                None if contactor.radius == T::zero() => return vec![contactor.position(q).into()],
-                None => (0..sides)
-                    .map(|i| {
-                        let angle = lit::<T>(std::f64::consts::TAU * i as f64 / sides as f64);
-                        let (sin, cos) = nalgebra::ComplexField::sin_cos(angle);
-                        pose.place(&(contactor.centre + Vector2::new(cos, sin) * contactor.radius)).into()
-                    })
-                    .collect(),
-            };
-            points.extend(points.first().copied());
-            points
-        };
+        let outline = |contactor: &Contactor<T>| contactor.points(sides, q);
         self.contactors.iter().map(outline).collect()
     }
 
