@@ -5,7 +5,7 @@ use nalgebra::SVector;
 use super::format::InterfaceSpec;
 use super::names::{Directory, Groups};
 use super::obstacles::check_obstacles;
-use super::{LoadSpec, PlannedRun, PreloadSpec, Scene, SceneError};
+use super::{GapSpec, JointSpec, LoadSpec, ObstacleSpec, PlannedRun, PreloadSpec, Scene, SceneError};
 use crate::laws::{Approach, ContactLaw, Rows};
 use crate::registry::Registry;
 use crate::scalar::{Scalar, epsilon, lit};
@@ -28,7 +28,7 @@ impl InterfaceSpec {
         format!("`{}` – `{}`", self.between[0], self.between[1])
     }
 
-    fn law<T: Scalar, const D: usize>(
+    pub(super) fn law<T: Scalar, const D: usize>(
         &self,
         run: &PlannedRun,
         registry: &Registry,
@@ -56,7 +56,11 @@ pub fn contact_dimension(
     registry: &Registry,
 ) -> Result<usize, SceneError> {
     let mut rows = Rows::Normal;
-    for interface in &scene.interfaces {
+    let limits = scene.joints.iter().filter(|joint| joint.limits.is_some());
+    let gaps = scene.lagrangian.iter().flat_map(|lagrangian| &lagrangian.gaps);
+    let own: Vec<InterfaceSpec> =
+        limits.map(JointSpec::interface).chain(gaps.map(GapSpec::interface)).collect();
+    for interface in scene.interfaces.iter().chain(&own) {
         for run in runs {
             let law: AnyLaw<f64, 2> = interface.law(run, registry)?;
             rows = rows.max(law.rows());
@@ -112,6 +116,9 @@ pub(super) fn parts<T: Scalar, const D: usize>(
     registry: &Registry,
 ) -> Result<Parts<T, D>, SceneError> {
     check_state(scene)?;
+    if let Some(lagrangian) = &scene.lagrangian {
+        return lagrangian.parts(scene, (run, registry));
+    }
     match &scene.solid {
         Some(solid) if scene.bodies.is_empty() && scene.obstacles.is_empty() => {
             let (mut body, interfaces) = solid.body::<T>(scene)?;
@@ -149,12 +156,16 @@ pub(super) fn parts<T: Scalar, const D: usize>(
         Some(_) => Err(SceneError::Mixed),
         None if scene.bodies.is_empty() => Err(SceneError::Empty { what: "body" }),
         None => {
-            let (system, laws) = build_system(scene, run, registry)?;
             let (mut q, mut v) = (Vec::new(), Vec::new());
             for body in &scene.bodies {
                 q.extend([body.position[0], body.position[1], body.angle].map(lit::<T>));
                 v.extend([body.velocity[0], body.velocity[1], body.spin].map(lit::<T>));
             }
+            for start in scene.obstacles.iter().filter_map(ObstacleSpec::start) {
+                q.extend(start.map(lit::<T>));
+                v.extend([T::zero(); 3]);
+            }
+            let (system, laws) = build_system(scene, run, registry, &q)?;
             Ok((Box::new(system), laws, q, v))
         }
     }
@@ -214,6 +225,7 @@ fn build_system<T: Scalar, const D: usize>(
     scene: &Scene,
     run: &PlannedRun,
     registry: &Registry,
+    q: &[T],
 ) -> Result<SystemAndLaws<T, D>, SceneError> {
     let directory = Directory::new(scene)?;
     directory.check_interfaces(scene)?;
@@ -250,31 +262,23 @@ fn build_system<T: Scalar, const D: usize>(
         }
         bodies.push(id);
     }
+    let mut movers: Vec<Option<BodyId>> = Vec::new();
     for (obstacle, groups) in scene.obstacles.iter().zip(&obstacle_groups) {
         let groups: Vec<_> = groups.iter().map(|&group| ids[group]).collect();
-        obstacle.build(&mut builder, &groups)?;
+        movers.push(obstacle.build(&mut builder, &groups)?);
     }
+    // The interfaces of limits come first, in the order of the joints.
+    let mut laws = Vec::new();
     for joint in &scene.joints {
-        let named = |name: &String| {
-            let known = || scene.bodies.iter().map(|body| body.name.as_str());
-            known().position(|body| body == name).map(|i| bodies[i]).ok_or_else(|| SceneError::UnknownName {
-                place: format!("joint `{}`", joint.name),
-                name: name.clone(),
-                known: known().collect::<Vec<_>>().join(", "),
-            })
-        };
-        let (body, other) = (named(&joint.body)?, joint.to.as_ref().map(named).transpose()?);
-        let (at, on) = (joint.at.map(lit), joint.on.map(lit));
-        match joint.angle {
-            None => builder.pin(&joint.name, body, at, other, on)?,
-            Some(angle) => builder.weld(&joint.name, body, at, other, on, lit(angle))?,
-        }
+        joint.build(scene, (run, registry), (&mut builder, (&bodies, &movers)), &mut laws)?;
+    }
+    for spring in &scene.springs {
+        spring.build(scene, (&mut builder, (&bodies, &movers)), q)?;
     }
     builder.gravity(scene.gravity.map(lit))?;
     for (plane, &group) in scene.half_planes.iter().zip(&plane_groups) {
         builder.half_plane(&plane.name, plane.point.map(lit), plane.normal.map(lit), ids[group])?;
     }
-    let mut laws = Vec::new();
     for a in 0..sides.len() {
         for b in a..sides.len() {
             if let Some(interface) = Directory::interface_between(&sides[a], &sides[b]) {

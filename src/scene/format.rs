@@ -6,11 +6,11 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 
-use super::{ObstacleSpec, SceneError, SolidSpec, TimeSpec};
+use super::{JointSpec, LagrangianSpec, ObstacleSpec, SceneError, SolidSpec, SpringSpec, TimeSpec};
 use crate::observe::Units;
 use crate::system::Signal;
 
-/// A scene of planar rigid bodies, or of one elastic body. Units are SI (m, kg, s, N, rad), or any other consistent
+/// A scene of planar rigid bodies, of one elastic body, or of a linear system of a few coordinates. Units are SI (m, kg, s, N, rad), or any other consistent
 /// set: mm, ms, g makes MPa, N, mJ.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -44,6 +44,8 @@ pub struct Scene {
     pub bodies: Vec<BodySpec>,
     /// An elastic body, in place of the rigid ones.
     pub solid: Option<SolidSpec>,
+    /// A linear system of a few coordinates, in place of bodies.
+    pub lagrangian: Option<LagrangianSpec>,
     /// Fixed half-planes.
     #[serde(default)]
     pub half_planes: Vec<HalfPlaneSpec>,
@@ -53,6 +55,9 @@ pub struct Scene {
     /// Joints between bodies, or to the ground.
     #[serde(default)]
     pub joints: Vec<JointSpec>,
+    /// Springs and dampers between bodies, or to the ground.
+    #[serde(default)]
+    pub springs: Vec<SpringSpec>,
     /// Which pairs touch, and the parameters of their law.
     #[serde(default)]
     pub interfaces: Vec<InterfaceSpec>,
@@ -203,26 +208,6 @@ pub struct PolygonSpec {
     pub name: String,
     /// Vertices in the frame of the body (m), counterclockwise, strictly convex.
     pub vertices: Vec<[f64; 2]>,
-}
-
-/// A joint: a point of a body held on a point of another, or of the ground.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct JointSpec {
-    /// Name, for errors.
-    pub name: String,
-    /// The body.
-    pub body: String,
-    /// Its point, in its frame (m).
-    #[serde(default)]
-    pub at: [f64; 2],
-    /// The other body; the ground where absent.
-    pub to: Option<String>,
-    /// The other body's point in its frame, or the point of the ground (m).
-    #[serde(default)]
-    pub on: [f64; 2],
-    /// Angle of the body less that of the other (rad), held as well where it is given: a weld, not a pin.
-    pub angle: Option<f64>,
 }
 
 /// A contact disc, or point, of a body.

@@ -1,12 +1,12 @@
-//! Obstacles as scene files write them: shapes that are fixed.
+//! Obstacles as scene files write them: shapes that are fixed, or move as told.
 
 use serde::Deserialize;
 
-use super::{DiscSpec, PolygonSpec, Scene, SceneError};
+use super::{DiscSpec, HalfPlaneSpec, PolygonSpec, Scene, SceneError};
 use crate::scalar::{Scalar, lit};
-use crate::system::{BodyId, GroupId, RigidBodiesBuilder, RoundSide};
+use crate::system::{BodyId, GroupId, RigidBodiesBuilder, RoundSide, Signal};
 
-/// Fixed shapes of any kind, under one name.
+/// Fixed shapes of any kind, under one name; or, with a `motion`, shapes that move as told: a belt, a shaker, a piston.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ObstacleSpec {
@@ -21,6 +21,12 @@ pub struct ObstacleSpec {
     /// Angle of its frame (rad).
     #[serde(default)]
     pub angle: f64,
+    /// Displacements of the frame, each times a signal; fixed where there are none. Every component may have one.
+    #[serde(default)]
+    pub motion: Vec<MotionSpec>,
+    /// Half-planes, in the frame of the obstacle.
+    #[serde(default)]
+    pub half_planes: Vec<HalfPlaneSpec>,
     /// Discs and points.
     #[serde(default)]
     pub discs: Vec<DiscSpec>,
@@ -33,6 +39,20 @@ pub struct ObstacleSpec {
     /// Circles and arcs, met from inside or from outside.
     #[serde(default)]
     pub arcs: Vec<ArcSpec>,
+}
+
+/// A displacement that varies in time. The velocity of a step is that of the signal over it, wherever it jumps or bends.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MotionSpec {
+    /// Displacement of the origin of the frame (m), times the signal.
+    #[serde(default)]
+    pub displacement: [f64; 2],
+    /// Rotation of the frame (rad), times the signal.
+    #[serde(default)]
+    pub angle: f64,
+    /// Signal; a belt or a drum has a linear one.
+    pub signal: Signal<f64>,
 }
 
 /// A chain of segments, with a thin solid layer behind it: half as thick as the shortest segment is long, or thinner where the
@@ -77,7 +97,12 @@ impl ObstacleSpec {
         let discs = self.discs.iter().map(|disc| &disc.name);
         let polygons = self.polygons.iter().map(|polygon| &polygon.name);
         let chains = self.chains.iter().map(|chain| &chain.name);
-        discs.chain(polygons).chain(chains).chain(self.arcs.iter().map(|arc| &arc.name))
+        let round = self.arcs.iter().map(|arc| &arc.name);
+        discs
+            .chain(polygons)
+            .chain(chains)
+            .chain(round)
+            .chain(self.half_planes.iter().map(|plane| &plane.name))
     }
 
     /// A point of its frame in the fixed frame.
@@ -91,11 +116,13 @@ impl ObstacleSpec {
         &self,
         builder: &mut RigidBodiesBuilder<T>,
         groups: &[GroupId],
-    ) -> Result<(), SceneError> {
+    ) -> Result<Option<BodyId>, SceneError> {
+        let id = self.body(builder)?;
         let mut groups = groups.iter().copied();
         let label = |name: &String| format!("{}.{name}", self.name);
-        let place = |x: &[f64; 2]| self.place(*x).map(lit::<T>);
-        let ground = BodyId::GROUND;
+        // What is fixed is given in the fixed frame, what moves in its own.
+        let (ground, turned) = (id.unwrap_or(BodyId::GROUND), if id.is_some() { 0.0 } else { self.angle });
+        let place = |x: &[f64; 2]| if id.is_some() { *x } else { self.place(*x) }.map(lit::<T>);
         for (disc, group) in self.discs.iter().zip(groups.by_ref().take(self.discs.len())) {
             builder.disc(&label(&disc.name), ground, place(&disc.centre), lit(disc.radius), group)?;
         }
@@ -107,16 +134,52 @@ impl ObstacleSpec {
             let points: Vec<[T; 2]> = chain.points.iter().map(place).collect();
             builder.chain(&label(&chain.name), ground, &points, chain.closed, group)?;
         }
-        for (arc, group) in self.arcs.iter().zip(groups) {
+        for (arc, group) in self.arcs.iter().zip(groups.by_ref().take(self.arcs.len())) {
             let angles = match (arc.from, arc.to) {
                 (None, None) => None,
-                (Some(from), Some(to)) => Some([from, to].map(|angle| lit(self.angle + angle))),
+                (Some(from), Some(to)) => Some([from, to].map(|angle| lit(turned + angle))),
                 _ => return Err(SceneError::HalfArc { arc: label(&arc.name) }),
             };
             let circle = (place(&arc.centre), lit(arc.radius));
             builder.arc(&label(&arc.name), ground, circle, arc.side, angles, group)?;
         }
-        Ok(())
+        for (plane, group) in self.half_planes.iter().zip(groups) {
+            let (sin, cos) = turned.sin_cos();
+            let [x, y] = plane.normal;
+            let normal = [cos * x - sin * y, sin * x + cos * y].map(lit::<T>);
+            builder.half_plane_of(&label(&plane.name), ground, place(&plane.point), normal, group)?;
+        }
+        Ok(id)
+    }
+
+    /// The body of an obstacle that moves.
+    fn body<T: Scalar>(&self, builder: &mut RigidBodiesBuilder<T>) -> Result<Option<BodyId>, SceneError> {
+        if self.motion.is_empty() {
+            return Ok(None);
+        }
+        let mut motion: [(T, Signal<T>); 3] = std::array::from_fn(|_| (T::zero(), Signal::Constant));
+        for spec in &self.motion {
+            let by = [spec.displacement[0], spec.displacement[1], spec.angle];
+            for (component, &by) in by.iter().enumerate().filter(|&(_, &by)| by != 0.0) {
+                if motion[component].0 != T::zero() {
+                    let component = ["x", "y", "angle"][component];
+                    return Err(SceneError::TwoMotions { obstacle: self.name.clone(), component });
+                }
+                motion[component] = (lit(by), spec.signal.cast());
+            }
+        }
+        let origin = [self.position[0], self.position[1], self.angle].map(lit);
+        Ok(Some(builder.moved_body(&self.name, origin, motion)?))
+    }
+
+    /// Its configuration at the start, where it moves.
+    pub(super) fn start(&self) -> Option<[f64; 3]> {
+        let mut q = [self.position[0], self.position[1], self.angle];
+        for MotionSpec { displacement: [x, y], angle, signal } in &self.motion {
+            let by = [x, y, angle];
+            q.iter_mut().zip(by).for_each(|(q, by)| *q += by * signal.at(0.0));
+        }
+        (!self.motion.is_empty()).then_some(q)
     }
 }
 

@@ -106,7 +106,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         if self.system.body_dofs().is_none() {
             return T::zero();
         }
-        if self.system.stiffness().is_some() {
+        if self.system.stiffness().is_some() || !self.joints.is_empty() {
             self.crossed.made.copy_from_slice(&self.next.q);
         }
         self.move_on() + self.stop_at_crossings()

@@ -5,6 +5,7 @@ use std::iter::Peekable;
 use nalgebra::SVector;
 
 use super::islands::{WORTH_SPLITTING, choose_start};
+use super::joints::joints_of;
 use super::lasting::{Lasting, Pace};
 use super::nonlinear::Start;
 use super::record::Next;
@@ -231,7 +232,8 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         let Self { problem, islands, percussions, solver, jacobian, factor, joints, .. } = self;
         let (warm_start, older) = (&mut self.warm_start, &self.older_start);
         // Of bodies that nothing but contacts couples the solver may see H and M̂.
-        if let (Factor::Diagonal(inverse), true) = (&*factor, joints.is_empty() && !self.arms.rolls()) {
+        let alone = joints.is_empty() && !self.arms.rolls() && self.free == self.system.dofs();
+        if let (Factor::Diagonal(inverse), true) = (&*factor, alone) {
             problem.copy_bodies(jacobian, inverse);
         }
         let worth = problem.delassus().formed().filter(|_| contacts > WORTH_SPLITTING);
@@ -287,6 +289,14 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             damping.multiply(&next.v_theta, &mut next.scratch);
             balance.damping_work = -h * dot(&next.v_theta, &next.scratch);
         }
+        let [springs, dampers, motors] = self.joints.works(h);
+        balance.elastic_change += springs;
+        balance.damping_work += dampers;
+        balance.external_work += motors;
+        if let (false, Some(made)) = (self.joints.is_empty(), self.crossed.made()) {
+            let joints = joints_of(&**system);
+            balance.position_work += joints.energy(&next.q) - joints.energy(made);
+        }
         balance.numerical_dissipation = match self.lasting.as_ref().and_then(Lasting::theta) {
             None => (half - theta) * square,
             Some(thetas) => sums(next.v.len(), |i| {
@@ -310,6 +320,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             },
             |nonlinear| nonlinear.next_energies(&next.v),
         );
+        let elastic = elastic + joints_of(&**system).energy(&next.q);
         let energies = Energies { kinetic, elastic, potential: system.potential(&next.q) };
         if !all_finite(&[energies.total(), balance.imbalance]) {
             let (step, time) = self.place();
@@ -321,7 +332,8 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
     /// Σ v_{k+θ}·R over the prescribed degrees of freedom, R the impulses that move them: what M (v_{k+1} − v_k) +
     /// hK q_{k+θ} + hC v_{k+θ} − hF_{k+θ} − Hᵀp leaves there. The damping force stands in `scratch`.
     fn prescribed_work(&mut self) -> T {
-        let Self { system, settings: Settings { theta, step: h, .. }, next, jacobian, free, .. } = self;
+        let Self { system, settings: Settings { theta, step: h, .. }, next, jacobian, free, joints, .. } =
+            self;
         let (theta, h) = (*theta, *h);
         let Next { v_theta, force, scratch, momentum, elastic_force, reaction, .. } = next;
         for (place, i) in (*free..v_theta.len()).enumerate() {
@@ -339,6 +351,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
                 reaction[dof - *free] -= entry.dot(p);
             }
         }
+        joints.take_from(*free, reaction);
         dot(&v_theta[*free..], reaction)
     }
 

@@ -7,7 +7,7 @@ use super::clock::Clock;
 use super::crossed::Crossed;
 use super::delassus::Assembler;
 use super::islands::Islands;
-use super::joints::Bilateral;
+use super::joints::{Bilateral, joints_of};
 use super::kept::{Kept, constant_rows};
 use super::lasting::Lasting;
 use super::memory::Memories;
@@ -105,9 +105,10 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         check_sizes(&*system, &q, &v)?;
         let scales = system.scales(&q, &v);
         check_joints(&*system, &settings, &q, scales.length)?;
-        Factor::new(system.mass()).map_err(SetupError::Mass)?;
         let (mut q, mut v, mut system) = (q, v, system);
         let free = system.prescribed().map_or(system.dofs(), |prescribed| prescribed.first());
+        // What moves as told may have no mass.
+        Factor::new(&system.mass().leading(free)).map_err(SetupError::Mass)?;
         if let Some(prescribed) = system.prescribed() {
             prescribed.set(start_time, settings.step, settings.theta, &mut q, &mut v);
         }
@@ -135,6 +136,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             || (dot(&v, &next.momentum[0]) * lit::<T>(0.5), dot(&q, &next.elastic_force[0]) * lit::<T>(0.5)),
             |nonlinear| nonlinear.energies(&v),
         );
+        let elastic = elastic + joints_of(&*system).energy(&q);
         let energies = Energies { kinetic, elastic, potential: system.potential(&q) };
         if !all_finite(&[energies.total()]) {
             let (kinetic, elastic) = (to_f64(energies.kinetic), to_f64(energies.elastic));

@@ -2,8 +2,10 @@
 
 use nalgebra::Vector2;
 
+use super::element::{Element, Stop};
 use super::identity::{MOST_CONTACTORS, MOST_VERTICES};
 use super::joint::{Joint, JointSet, Side};
+use super::moved::Moved;
 use super::shape::{Contactor, GROUND, HalfPlane, Outline, Polygon};
 use super::sweep::Sweep;
 use super::swept::Crossings;
@@ -58,6 +60,9 @@ pub struct RigidBodiesBuilder<T: Scalar> {
     pub(super) groups: usize,
     pub(super) interfaces: Vec<(usize, usize)>,
     pub(super) joints: Vec<Joint<T>>,
+    pub(super) elements: Vec<Element<T>>,
+    pub(super) stops: Vec<Stop<T>>,
+    pub(super) moved: Vec<Moved<T>>,
 }
 
 impl<T: Scalar> Default for RigidBodiesBuilder<T> {
@@ -65,7 +70,23 @@ impl<T: Scalar> Default for RigidBodiesBuilder<T> {
         let (contactors, planes, interfaces) = (Vec::new(), Vec::new(), Vec::new());
         let (bodies, force, joints) = (Vec::new(), Vec::new(), Vec::new());
         let (loads, stiffness, damping) = (Vec::new(), Vec::new(), Vec::new());
-        Self { bodies, force, loads, stiffness, damping, contactors, planes, groups: 0, interfaces, joints }
+        let (elements, stops, groups) = (Vec::new(), Vec::new(), 0);
+        let moved = Vec::new();
+        Self {
+            bodies,
+            force,
+            loads,
+            stiffness,
+            damping,
+            contactors,
+            planes,
+            groups,
+            interfaces,
+            joints,
+            elements,
+            stops,
+            moved,
+        }
     }
 }
 
@@ -165,6 +186,10 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         let positive = |x| x > T::zero();
         check(|| format!("mass of `{name}`"), &[body.mass], positive, "finite and > 0")?;
         check(|| format!("inertia of `{name}`"), &[body.inertia], positive, "finite and > 0")?;
+        if !self.moved.is_empty() {
+            let (what, value) = (format!("place of body `{name}`"), self.bodies.len() as f64);
+            return Err(SystemError::OutOfRange { what, value, range: "before those that move as told" });
+        }
         self.bodies.push((name.into(), body));
         self.force.extend([T::zero(); 3]);
         Ok(BodyId(self.bodies.len() - 1))
@@ -275,7 +300,15 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         check(|| format!("radius of `{label}`"), &[radius], |x| x >= T::zero(), "finite and ≥ 0")?;
         check(|| format!("centre of `{label}`"), &centre, |_| true, "finite")?;
         let (label, centre) = (label.into(), Vector2::from(centre));
-        self.contactors.push(Contactor { label, body, centre, radius, outline: Outline::Disc, window: None, group });
+        self.contactors.push(Contactor {
+            label,
+            body,
+            centre,
+            radius,
+            outline: Outline::Disc,
+            window: None,
+            group,
+        });
         Ok(ContactorId(self.contactors.len() - 1))
     }
 
@@ -307,7 +340,15 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         let larger = nalgebra::RealField::max;
         let radius = vertices.iter().fold(T::zero(), |r, x| larger(r, (x - centre).norm()));
         let outline = Outline::Polygon(Polygon::new(vertices));
-        self.contactors.push(Contactor { label: label.into(), body, centre, radius, outline, window: None, group });
+        self.contactors.push(Contactor {
+            label: label.into(),
+            body,
+            centre,
+            radius,
+            outline,
+            window: None,
+            group,
+        });
         Ok(ContactorId(self.contactors.len() - 1))
     }
 
@@ -351,9 +392,16 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         angle: Option<T>,
     ) -> Result<(), SystemError> {
         let body = known("body", body.0, self.bodies.len())?;
+        let other = other.filter(|&other| other != BodyId::GROUND);
         let other = other.map(|other| known("body", other.0, self.bodies.len())).transpose()?;
         let numbers = [at[0], at[1], on[0], on[1], angle.unwrap_or_else(T::zero)];
         check(|| format!("point or angle of joint `{label}`"), &numbers, |_| true, "finite")?;
+        let free = self.bodies.len() - self.moved.len();
+        if body >= free && other.is_none_or(|other| other >= free) {
+            let (what, range) =
+                (format!("body of joint `{label}`"), "one that moves under forces, or its other is");
+            return Err(SystemError::OutOfRange { what, value: body as f64, range });
+        }
         if other == Some(body) {
             let value = body as f64;
             let what = format!("other body of joint `{label}`");
@@ -376,6 +424,26 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         normal: [T; 2],
         group: GroupId,
     ) -> Result<(), SystemError> {
+        self.half_plane_of(label, BodyId::GROUND, point, normal, group)
+    }
+
+    /// As [`half_plane`](Self::half_plane), in the frame of a body that moves as told, or of the ground.
+    ///
+    /// # Errors
+    /// As there, and [`SystemError::OutOfRange`] for a body that moves under forces.
+    pub fn half_plane_of(
+        &mut self,
+        label: &str,
+        body: BodyId,
+        point: [T; 2],
+        normal: [T; 2],
+        group: GroupId,
+    ) -> Result<(), SystemError> {
+        let body = self.owner(body)?;
+        if body < self.bodies.len() - self.moved.len() {
+            let (what, range) = (format!("body of half-plane `{label}`"), "one that moves as told");
+            return Err(SystemError::OutOfRange { what, value: body as f64, range });
+        }
         let group = known("group", group.0, self.groups)?;
         check(|| format!("point of `{label}`"), &point, |_| true, "finite")?;
         let normal = Vector2::from(normal);
@@ -384,7 +452,7 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         check(|| format!("length of the normal of `{label}`"), &length, |x| x > T::zero(), range)?;
         let normal = normal / length[0];
         let distance = normal.dot(&Vector2::from(point));
-        self.planes.push(HalfPlane { label: label.into(), normal, distance, group });
+        self.planes.push(HalfPlane { label: label.into(), body, normal, distance, group });
         Ok(())
     }
 
@@ -421,6 +489,8 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         }
         let diagonal: Vec<T> = self.bodies.iter().flat_map(|(_, b)| [b.mass, b.mass, b.inertia]).collect();
         let dofs = diagonal.len();
+        let free = self.bodies.len() - self.moved.len();
+        let prescribed = Moved::prescribed(3 * free, self.moved)?;
         let interfaces = Interfaces::new(self.groups, &self.interfaces);
         // Only contactors of groups that meet other contactors are swept.
         let meets = |group: usize| {
@@ -450,7 +520,11 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
             planes: self.planes,
             interfaces,
             sweep,
-            joints: JointSet::new(self.joints),
+            joints: JointSet::new(self.joints, self.elements),
+            stops: self.stops,
+            still: vec![T::zero(); dofs],
+            free,
+            prescribed,
         })
     }
 }

@@ -94,11 +94,7 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
 }
 
 /// A quadrilateral behind every segment of a chain, mitred where two meet.
-fn layer<T: Scalar>(
-    label: &str,
-    points: &[[T; 2]],
-    closed: bool,
-) -> Result<Vec<[[T; 2]; 4]>, SystemError> {
+fn layer<T: Scalar>(label: &str, points: &[[T; 2]], closed: bool) -> Result<Vec<[[T; 2]; 4]>, SystemError> {
     let refuse = |what: String, value: f64, range| Err(SystemError::OutOfRange { what, value, range });
     let n = points.len();
     let least = if closed { 3 } else { 2 };
@@ -145,7 +141,10 @@ fn layer<T: Scalar>(
     let quad = |i: usize| {
         let behind = Vector2::new(along[i].y, -along[i].x) * depth;
         let (from, to) = (point(i), point(i + 1));
-        let back = [from + behind - along[i] * (mitres[i] * depth), to + behind + along[i] * (mitres[i + 1] * depth)];
+        let back = [
+            from + behind - along[i] * (mitres[i] * depth),
+            to + behind + along[i] * (mitres[i + 1] * depth),
+        ];
         [from, back[0], back[1], to].map(Into::into)
     };
     Ok((0..count).map(quad).collect())

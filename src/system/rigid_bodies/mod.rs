@@ -3,9 +3,13 @@
 
 mod builder;
 mod curves;
+mod element;
 mod identity;
 mod joint;
+mod measure;
+mod moved;
 mod narrow;
+mod relative;
 mod round;
 mod seams;
 mod shape;
@@ -16,11 +20,13 @@ use nalgebra::{SVector, Vector2};
 
 pub use builder::{Body, BodyId, ContactorId, GroupId, RigidBodiesBuilder, polygon_body};
 pub use curves::RoundSide;
+pub use relative::Relative;
 
-use super::{Contacts, Describe, Dynamics, Forces, Joints, Scales};
+use super::{Contacts, Describe, Dynamics, Forces, Joints, Prescribed, Scales};
 use crate::contact::{Candidate, ContactId};
 use crate::linalg::{BlockRows, Symmetric, max_abs};
 use crate::scalar::Scalar;
+use element::Stop;
 use identity::{Features, Pair};
 use joint::JointSet;
 use seams::Touch;
@@ -73,6 +79,12 @@ pub struct RigidBodies<T: Scalar> {
     ghosts: Vec<usize>,
     crossings: Crossings<T>,
     joints: JointSet<T>,
+    stops: Vec<Stop<T>>,
+    /// Bodies that move under forces, the first ones, and how the others move.
+    free: usize,
+    prescribed: Option<Prescribed<T>>,
+    /// No motion.
+    still: Vec<T>,
 }
 
 impl<T: Scalar> RigidBodies<T> {
@@ -84,20 +96,21 @@ impl<T: Scalar> RigidBodies<T> {
     /// Candidates with half-planes of the bodies that do not sleep; `asleep` is empty where none does.
     fn plane_candidates(&self, q: &[T], reach: T, asleep: &[bool], out: &mut Vec<Candidate<T>>) {
         for (i, contactor) in self.contactors.iter().enumerate() {
-            if asleep.get(contactor.body) == Some(&true) {
+            if asleep.get(contactor.body) == Some(&true) || !self.is_free(contactor.body) {
                 continue;
             }
             let mut centre = None;
             for (j, plane) in self.planes.iter().enumerate() {
                 let Some(interface) = self.interfaces.between(contactor.group, plane.group) else { continue };
                 let centre = centre.get_or_insert_with(|| contactor.position(q));
-                let gap = plane.normal.dot(centre) - plane.distance - contactor.radius;
+                let (normal, distance) = plane.placed(q);
+                let gap = normal.dot(centre) - distance - contactor.radius;
                 if gap > reach {
                     continue;
                 }
                 match contactor.polygon() {
                     None => {
-                        if contactor.is_hollow() || !contactor.shows(&-plane.normal, q) {
+                        if contactor.is_hollow() || !contactor.shows(&-normal, q) {
                             continue;
                         }
                         let id = Pair::Plane { disc: i, plane: j }.id();
@@ -106,7 +119,7 @@ impl<T: Scalar> RigidBodies<T> {
                     Some(polygon) => {
                         let pose = Pose::of(contactor.body, q);
                         for (vertex, x) in polygon.vertices.iter().enumerate() {
-                            let gap = plane.normal.dot(&pose.place(x)) - plane.distance;
+                            let gap = normal.dot(&pose.place(x)) - distance;
                             if !(gap > reach) {
                                 let id = Pair::Corner { polygon: i, plane: j, vertex }.id();
                                 out.push(Candidate { id, interface, gap });
@@ -118,18 +131,54 @@ impl<T: Scalar> RigidBodies<T> {
         }
     }
 
+    /// Whether a body moves under forces, and not as told or not at all.
+    #[inline]
+    fn is_free(&self, body: usize) -> bool {
+        body < self.free
+    }
+
+    /// The columns of the body of a half-plane that meets another at `arm` from its centre of mass.
+    #[inline]
+    fn push_plane<const D: usize>(
+        &self,
+        out: &mut BlockRows<T, D>,
+        plane: usize,
+        normal: &Vector2<T>,
+        (body, arm): (usize, &Vector2<T>),
+        q: &[T],
+    ) {
+        if plane != GROUND {
+            let between = Pose::of(body, q).origin - Pose::of(plane, q).origin;
+            push_body(out, plane, -T::one(), normal, &(arm + between));
+        }
+    }
+
+    /// Limits of joints that are near.
+    fn stop_candidates(&self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>) {
+        for (i, stop) in self.stops.iter().enumerate() {
+            let gap = stop.gap(q);
+            if !(gap > reach) {
+                out.push(Candidate { id: Pair::Stop(i).id(), interface: stop.interface, gap });
+            }
+        }
+    }
+
     /// Candidates between bodies of which one is awake.
     fn pair_candidates(&mut self, q: &[T], reach: T, asleep: &[bool], out: &mut Vec<Candidate<T>>) {
         if self.sweep.is_empty() {
             return;
         }
         let first = out.len();
-        let Self { contactors, interfaces, sweep, .. } = self;
+        let Self { contactors, interfaces, sweep, free: bodies, .. } = self;
         sweep.update(|i| (contactors[i].position(q), contactors[i].radius));
         sweep.for_each_near_pair(reach, |i, j, (x, y)| {
             let (one, other) = (&contactors[i], &contactors[j]);
             let sleeps = |body: usize| body == GROUND || asleep.get(body) == Some(&true);
+            let free = |body: usize| body < *bodies;
             if one.body == other.body || sleeps(one.body) && sleeps(other.body) {
+                return;
+            }
+            if !free(one.body) && !free(other.body) {
                 return;
             }
             let Some(interface) = interfaces.between(one.group, other.group) else { return };
@@ -217,7 +266,9 @@ impl<T: Scalar> RigidBodies<T> {
                 let normal = direction(between, || normal(a, v)) * outside;
                 at(b, a, disc.lever(q) - normal * disc.curvature(), normal)
             }
-            Pair::Plane { .. } | Pair::Corner { .. } => unreachable!("a half-plane is no body"),
+            Pair::Plane { .. } | Pair::Corner { .. } | Pair::Stop(_) => {
+                unreachable!("half-planes and stops are no bodies")
+            }
         }
     }
 }
@@ -283,6 +334,10 @@ impl<T: Scalar> Dynamics<T> for RigidBodies<T> {
         (!self.joints.is_empty()).then_some(&self.joints)
     }
 
+    fn prescribed(&self) -> Option<&Prescribed<T>> {
+        self.prescribed.as_ref()
+    }
+
     fn turns(&self, dof: usize) -> bool {
         dof % 3 == 2
     }
@@ -295,7 +350,8 @@ impl<T: Scalar> Dynamics<T> for RigidBodies<T> {
         let length = positive(size, positive(max_abs(q), T::one()));
         let mut weight = self.forces.constant_part().to_vec();
         if let Symmetric::Diagonal(mass) = &self.mass {
-            weight.iter_mut().zip(mass).for_each(|(f, &m)| *f /= m);
+            let massive = weight.iter_mut().zip(mass).filter(|&(_, &m)| m > T::zero());
+            massive.for_each(|(f, &m)| *f /= m);
         }
         let mut speed = T::zero();
         for (v, a) in v.chunks_exact(3).zip(weight.chunks_exact(3)) {
@@ -313,11 +369,13 @@ impl<T: Scalar, const D: usize> Contacts<T, D> for RigidBodies<T> {
     }
 
     fn candidates(&mut self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>) {
+        self.stop_candidates(q, reach, out);
         self.plane_candidates(q, reach, &[], out);
         self.pair_candidates(q, reach, &[], out);
     }
 
     fn awake_candidates(&mut self, q: &[T], reach: T, asleep: &[bool], out: &mut Vec<Candidate<T>>) {
+        self.stop_candidates(q, reach, out);
         self.plane_candidates(q, reach, asleep, out);
         self.pair_candidates(q, reach, asleep, out);
     }
@@ -338,14 +396,24 @@ impl<T: Scalar, const D: usize> Contacts<T, D> for RigidBodies<T> {
         match Pair::of(contact) {
             Pair::Plane { disc, plane } => {
                 let (contactor, plane) = (&self.contactors[disc], &self.planes[plane]);
-                let arm = contactor.lever(q) - plane.normal * contactor.radius;
-                push_body(out, contactor.body, T::one(), &plane.normal, &arm);
+                let normal = plane.placed(q).0;
+                let arm = contactor.lever(q) - normal * contactor.radius;
+                push_body(out, contactor.body, T::one(), &normal, &arm);
+                self.push_plane(out, plane.body, &normal, (contactor.body, &arm), q);
             }
             Pair::Corner { polygon, plane, vertex } => {
                 let (contactor, plane) = (&self.contactors[polygon], &self.planes[plane]);
                 let Some(polygon) = contactor.polygon() else { return };
+                let normal = plane.placed(q).0;
                 let arm = Pose::of(contactor.body, q).turn(&polygon.vertices[vertex]);
-                push_body(out, contactor.body, T::one(), &plane.normal, &arm);
+                push_body(out, contactor.body, T::one(), &normal, &arm);
+                self.push_plane(out, plane.body, &normal, (contactor.body, &arm), q);
+            }
+            Pair::Stop(i) => {
+                let stop = &self.stops[i];
+                let at = |row: usize, x: T| if row == 0 { stop.sign * x } else { T::zero() };
+                stop.measure
+                    .row(q, &self.still, |dof, x| out.push(dof, SVector::from_fn(|row, _| at(row, x))));
             }
             pair => {
                 let ([(one, arm), (other, other_arm)], normal) = self.sides(pair, q);
@@ -365,14 +433,17 @@ impl<T: Scalar, const D: usize> Contacts<T, D> for RigidBodies<T> {
         match Pair::of(contact) {
             Pair::Plane { disc, plane } => {
                 let (contactor, plane) = (&self.contactors[disc], &self.planes[plane]);
-                plane.normal.dot(&contactor.position(q)) - plane.distance - contactor.radius
+                let (normal, distance) = plane.placed(q);
+                normal.dot(&contactor.position(q)) - distance - contactor.radius
             }
             Pair::Corner { polygon, plane, vertex } => {
                 let (Some((polygon, at)), plane) = (outline(polygon), &self.planes[plane]) else {
                     return T::zero();
                 };
-                plane.normal.dot(&at.place(&polygon.vertices[vertex])) - plane.distance
+                let (normal, distance) = plane.placed(q);
+                normal.dot(&at.place(&polygon.vertices[vertex])) - distance
             }
+            Pair::Stop(i) => self.stops[i].gap(q),
             Pair::Discs(i, j) => {
                 let (one, other) = (&self.contactors[i], &self.contactors[j]);
                 round::gap(one, other, &(one.position(q) - other.position(q)))
@@ -420,6 +491,7 @@ impl<T: Scalar> Describe<T> for RigidBodies<T> {
             Pair::Corner { polygon, plane, vertex } => {
                 format!("{}/{vertex}|{}", label(polygon), self.planes[plane].label)
             }
+            Pair::Stop(i) => self.stops[i].label.clone(),
             Pair::Discs(i, j) => format!("{}|{}", label(i), label(j)),
             Pair::Features { a, b, features } => match features {
                 Features::VertexEdge(vertex, edge) => format!("{}/{vertex}|{}/{edge}", label(a), label(b)),

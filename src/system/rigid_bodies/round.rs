@@ -76,9 +76,7 @@ pub(super) fn shows<T: Scalar>(
         return true;
     }
     let normal = match features {
-        Features::VertexDisc(vertex) => {
-            direction(centre - pose.place(&polygon.vertices[vertex]), Vector2::y)
-        }
+        Features::VertexDisc(vertex) => direction(centre - pose.place(&polygon.vertices[vertex]), Vector2::y),
         Features::EdgeDisc(edge) | Features::VertexEdge(_, edge) | Features::EdgeVertex(_, edge) => {
             pose.turn(&polygon.normals[edge])
         }
@@ -108,7 +106,8 @@ impl<T: Scalar> Contactor<T> {
         let (first, opening) = match &self.window {
             None => (T::zero(), whole),
             Some(Window { middle, least }) => {
-                let half = nalgebra::ComplexField::acos(nalgebra::RealField::clamp(*least, -T::one(), T::one()));
+                let half =
+                    nalgebra::ComplexField::acos(nalgebra::RealField::clamp(*least, -T::one(), T::one()));
                 (nalgebra::RealField::atan2(middle.y, middle.x) - half, half + half)
             }
         };

@@ -151,11 +151,25 @@ impl<T: Scalar> Contactor<T> {
     }
 }
 
-/// The fixed half-plane n·x ≤ d; bodies live where n·x > d.
+/// The half-plane n·x ≤ d of the ground or of a body that moves as told, in its frame; bodies live where n·x > d.
 #[derive(Debug, Clone)]
 pub(super) struct HalfPlane<T> {
     pub(super) label: String,
+    pub(super) body: usize,
     pub(super) normal: Vector2<T>,
     pub(super) distance: T,
     pub(super) group: usize,
+}
+
+impl<T: Scalar> HalfPlane<T> {
+    /// n and d in the fixed frame.
+    #[inline]
+    pub(super) fn placed(&self, q: &[T]) -> (Vector2<T>, T) {
+        if self.body == GROUND {
+            return (self.normal, self.distance);
+        }
+        let pose = Pose::of(self.body, q);
+        let normal = pose.turn(&self.normal);
+        (normal, self.distance + normal.dot(&pose.origin))
+    }
 }

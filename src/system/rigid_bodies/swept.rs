@@ -127,7 +127,7 @@ fn origin<T: Scalar>(q: &[T], contactor: &Contactor<T>) -> Vector2<T> {
 fn contactors_of(id: ContactId) -> Option<[usize; 2]> {
     match Pair::of(id) {
         Pair::Discs(a, b) | Pair::Features { a, b, .. } => Some([a.min(b), a.max(b)]),
-        Pair::Plane { .. } | Pair::Corner { .. } => None,
+        Pair::Plane { .. } | Pair::Corner { .. } | Pair::Stop(_) => None,
     }
 }
 
@@ -200,6 +200,9 @@ impl<T: Scalar> RigidBodies<T> {
             for j in 0..self.contactors.len() {
                 let (one, other) = (&self.contactors[i], &self.contactors[j]);
                 if one.body == other.body || (quick(j) && j <= i) || sleeps(one.body) && sleeps(other.body) {
+                    continue;
+                }
+                if !self.is_free(one.body) && !self.is_free(other.body) {
                     continue;
                 }
                 let Some(interface) = self.interfaces.between(one.group, other.group) else { continue };
@@ -369,7 +372,7 @@ impl<T: Scalar> RigidBodies<T> {
             let Some(v) = of_body(v, *body) else { continue };
             let velocity = Vector2::new(v[0] - v[2] * arm.y, v[1] + v[2] * arm.x).dot(&normal);
             rate += if side == 0 { velocity } else { -velocity };
-            if let Symmetric::Diagonal(mass) = &self.mass {
+            if let (Symmetric::Diagonal(mass), true) = (&self.mass, self.is_free(*body)) {
                 let turn = arm.x * normal.y - arm.y * normal.x;
                 mobility[side] = T::one() / mass[3 * body] + turn * turn / mass[3 * body + 2];
             }
