@@ -184,7 +184,8 @@ fn a_body_welded_to_a_piston_follows_it_and_its_inertia_is_what_the_piston_works
     let (mut driven, mut v, mut q) = (0.0, Vec::new(), Vec::new());
     let imbalance = follow::<1>(text.as_str(), |scheme| {
         driven += scheme.last_step().balance.prescribed_work;
-        (v.clone_from(&scheme.state().v), q.clone_from(&scheme.state().q));
+        v.clone_from(&scheme.state().v);
+        q.clone_from(&scheme.state().q);
     });
     // From 0.5 m/s to 1.5 m/s.
     assert!((v[0] - 1.5).abs() < 1e-10 && (q[0] - q[3] - 0.5).abs() < 1e-12, "{v:?}, {q:?}");

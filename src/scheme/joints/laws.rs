@@ -110,7 +110,7 @@ impl<T: Scalar> Bilateral<T> {
         joints.jacobian(q, &self.zero, &mut self.end_rows);
         let slides = lit::<T>(SLIDES) * crate::linalg::max_abs(v);
         let Self { laws, drift, accepted, end_rows, .. } = self;
-        for row in 0..self.count {
+        for (row, drift) in drift.iter_mut().enumerate() {
             let law = joints.law(row, q, time, step);
             laws.rows[row] = law;
             (laws.compliance[row], laws.most[row], laws.active[row]) = (T::zero(), None, true);
@@ -120,10 +120,10 @@ impl<T: Scalar> Bilateral<T> {
                     let pull = step * stiffness;
                     let compliance = T::one() / (pull * lit::<T>(0.5) + damping);
                     laws.compliance[row] = compliance / step;
-                    drift[row] = compliance * pull * stretch;
+                    *drift = compliance * pull * stretch;
                 }
                 RowLaw::Driven { rate, most } => {
-                    drift[row] = -(step * rate);
+                    *drift = -(step * rate);
                     laws.most[row] = most.map(|most| step * most);
                     if let Some(most) = laws.most[row] {
                         let by = end_rows.velocity(row, v)[0] - rate;
@@ -134,7 +134,7 @@ impl<T: Scalar> Bilateral<T> {
                     }
                 }
                 RowLaw::Given { force } => {
-                    drift[row] = T::zero();
+                    *drift = T::zero();
                     laws.active[row] = false;
                     accepted.multipliers[row] = step * force;
                 }

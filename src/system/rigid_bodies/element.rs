@@ -1,6 +1,9 @@
 //! Rows over one relative coordinate: what sliders hold, springs, dampers, motors, dry friction; and stops.
 
+use super::RigidBodies;
+use super::identity::Pair;
 use super::measure::Measure;
+use crate::contact::Candidate;
 use crate::scalar::{Scalar, lit};
 use crate::system::{RowLaw, Signal};
 
@@ -79,5 +82,17 @@ pub(super) struct Stop<T> {
 impl<T: Scalar> Stop<T> {
     pub(super) fn gap(&self, q: &[T]) -> T {
         self.sign * (self.measure.value(q) - self.bound)
+    }
+}
+
+impl<T: Scalar> RigidBodies<T> {
+    /// Limits of joints that are near.
+    pub(super) fn stop_candidates(&self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>) {
+        for (i, stop) in self.stops.iter().enumerate() {
+            let gap = stop.gap(q);
+            if !(gap > reach) {
+                out.push(Candidate { id: Pair::Stop(i).id(), interface: stop.interface, gap });
+            }
+        }
     }
 }

@@ -9,6 +9,7 @@ mod joint;
 mod measure;
 mod moved;
 mod narrow;
+mod polygon;
 mod relative;
 mod round;
 mod seams;
@@ -18,8 +19,9 @@ mod swept;
 
 use nalgebra::{SVector, Vector2};
 
-pub use builder::{Body, BodyId, ContactorId, GroupId, RigidBodiesBuilder, polygon_body};
+pub use builder::{Body, BodyId, ContactorId, GroupId, RigidBodiesBuilder};
 pub use curves::RoundSide;
+pub use polygon::polygon_body;
 pub use relative::Relative;
 
 use super::{Contacts, Describe, Dynamics, Forces, Joints, Prescribed, Scales};
@@ -127,38 +129,6 @@ impl<T: Scalar> RigidBodies<T> {
                         }
                     }
                 }
-            }
-        }
-    }
-
-    /// Whether a body moves under forces, and not as told or not at all.
-    #[inline]
-    fn is_free(&self, body: usize) -> bool {
-        body < self.free
-    }
-
-    /// The columns of the body of a half-plane that meets another at `arm` from its centre of mass.
-    #[inline]
-    fn push_plane<const D: usize>(
-        &self,
-        out: &mut BlockRows<T, D>,
-        plane: usize,
-        normal: &Vector2<T>,
-        (body, arm): (usize, &Vector2<T>),
-        q: &[T],
-    ) {
-        if plane != GROUND {
-            let between = Pose::of(body, q).origin - Pose::of(plane, q).origin;
-            push_body(out, plane, -T::one(), normal, &(arm + between));
-        }
-    }
-
-    /// Limits of joints that are near.
-    fn stop_candidates(&self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>) {
-        for (i, stop) in self.stops.iter().enumerate() {
-            let gap = stop.gap(q);
-            if !(gap > reach) {
-                out.push(Candidate { id: Pair::Stop(i).id(), interface: stop.interface, gap });
             }
         }
     }

@@ -1,6 +1,11 @@
 //! Bodies that move as told: belts, shakers, pistons.
 
+use nalgebra::Vector2;
+
 use super::builder::{Body, BodyId, RigidBodiesBuilder, check};
+use super::shape::{GROUND, Pose};
+use super::{RigidBodies, push_body};
+use crate::linalg::BlockRows;
 use crate::scalar::Scalar;
 use crate::system::{Prescribed, Signal, SystemError};
 
@@ -51,5 +56,29 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         self.force.extend([T::zero(); 3]);
         self.moved.push(Moved { origin, motion });
         Ok(BodyId(self.bodies.len() - 1))
+    }
+}
+
+impl<T: Scalar> RigidBodies<T> {
+    /// Whether a body moves under forces, and not as told or not at all.
+    #[inline]
+    pub(super) fn is_free(&self, body: usize) -> bool {
+        body < self.free
+    }
+
+    /// The columns of the body of a half-plane that meets another at `arm` from its centre of mass.
+    #[inline]
+    pub(super) fn push_plane<const D: usize>(
+        &self,
+        out: &mut BlockRows<T, D>,
+        plane: usize,
+        normal: &Vector2<T>,
+        (body, arm): (usize, &Vector2<T>),
+        q: &[T],
+    ) {
+        if plane != GROUND {
+            let between = Pose::of(body, q).origin - Pose::of(plane, q).origin;
+            push_body(out, plane, -T::one(), normal, &(arm + between));
+        }
     }
 }
