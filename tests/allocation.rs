@@ -15,7 +15,9 @@ use nonsmooth::linalg::{BlockRows, Symmetric};
 use nonsmooth::scalar::{Scalar, lit};
 use nonsmooth::scheme::{Activation, ActivationRule, Settings, ThetaScheme};
 use nonsmooth::solver::{ConeSolver, Method, Nsgs, NsgsSettings, Stopping, build};
-use nonsmooth::system::{Body, Forces, Lagrangian, RigidBodies, SmoothGap};
+use nonsmooth::system::{
+    Body, BodyId, Forces, Lagrangian, Relative, RigidBodies, RoundSide, Signal, SmoothGap,
+};
 use random_problems::{Recipe, random};
 
 /// Makes `warm_up` steps, then asserts that the next `steps` allocate nothing and that contacts were active in them.
@@ -103,6 +105,43 @@ fn joints_with_contacts_allocate_nothing() {
     let mut scheme =
         ThetaScheme::new(Box::new(system), laws, solver, settings, 0.0, q, vec![0.0; 6]).expect("closed");
     assert_no_allocation("joints", &mut scheme, 3000, 1000);
+}
+
+#[test]
+fn springs_motors_clutches_and_moving_obstacles_allocate_nothing() {
+    let mut builder = RigidBodies::<f64>::builder();
+    let (ends, ground) = (builder.group(), builder.group());
+    let link = Body { mass: 1.0, inertia: 1.0 / 12.0 };
+    let upper = builder.body("upper", link).expect("positive");
+    let lower = builder.body("lower", link).expect("positive");
+    builder.pin("hinge", upper, [-0.5, 0.0], None, [0.0; 2]).expect("finite");
+    builder.pin("elbow", lower, [-0.5, 0.0], Some(upper), [0.5, 0.0]).expect("finite");
+    builder.disc("tip", lower, [0.5, 0.0], 0.05, ends).expect("a disc");
+    let sine = Signal::Sine { frequency: 3.0, phase: 0.0 };
+    let still = || (0.0, Signal::Constant);
+    let motion = [still(), (0.02, sine.clone()), still()];
+    let plate = builder.moved_body("plate", [0.0, -1.0, 0.0], motion).expect("finite");
+    builder.half_plane_of("top", plate, [0.0; 2], [0.0, 1.0], ground).expect("a plane");
+    builder.arc("wall", BodyId::GROUND, ([0.0; 2], 1.9), RoundSide::Inside, None, ground).expect("a circle");
+    builder.interface(ends, ground).expect("two groups");
+    let (elbow, hinge) = ((lower, Some(upper)), (upper, None));
+    builder.rub("friction", elbow, Relative::Angle, 0.3).expect("finite");
+    builder.drive("motor", hinge, Relative::Angle, (1.0, Some(4.0)), sine).expect("finite");
+    let limit = builder.limit("limit", elbow, Relative::Angle, [-1.5, 1.5]).expect("in order");
+    let distance = Relative::Distance { at: [0.5, 0.0], on: [0.0, -0.5] };
+    builder.spring_between("spring", (lower, Some(plate)), distance, (30.0, 0.5), 0.4).expect("finite");
+    builder.gravity([0.0, -9.81]).expect("finite");
+    let system = builder.build().expect("bodies");
+    assert_eq!(limit, 1);
+    let law = || -> Box<dyn ContactLaw<f64, 2>> { Box::new(Fremond::new(0.0, 0.3).expect("in range")) };
+    let solver: Box<dyn ConeSolver<f64, 2>> = build("nsgs", Stopping::to(1e-10)).expect("registered");
+    let activation = Activation::new(ActivationRule::PredictedGap);
+    let settings = Settings { activation, ..Settings::new(0.6, 1e-3) };
+    let q = vec![0.5, 0.0, 0.0, 1.5, 0.0, 0.0, 0.0, -1.0, 0.0];
+    let mut scheme =
+        ThetaScheme::new(Box::new(system), vec![law(), law()], solver, settings, 0.0, q, vec![0.0; 9])
+            .expect("closed");
+    assert_no_allocation("mechanism", &mut scheme, 3000, 1000);
 }
 
 #[test]

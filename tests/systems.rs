@@ -15,8 +15,8 @@ use nonsmooth::scheme::{Settings, SetupError, ThetaScheme};
 use nonsmooth::solver::{self, Stopping};
 use nonsmooth::suite::{Suite, check_system};
 use nonsmooth::system::{
-    Assembly, AssemblyError, Body, Contacts, Describe, Dynamics, Forces, Lagrangian, RigidBodies, Scales,
-    SmoothContacts, SmoothGap, System,
+    Assembly, AssemblyError, Body, BodyId, Contacts, Describe, Dynamics, Forces, Lagrangian, Relative,
+    RigidBodies, RoundSide, Scales, Signal, SmoothContacts, SmoothGap, System,
 };
 
 /// Newton's law without friction.
@@ -159,6 +159,39 @@ fn systems_agree_with_themselves() {
     let mut assembly = Assembly::new(members).expect("three members");
     check_system::<1>(&suite, &mut assembly, (&[1.0, 0.6, 0.8, 1.0], &[0.0; 3]), (10.0, 0.1))
         .expect("an assembly");
+}
+
+#[test]
+fn rows_along_every_relative_coordinate_are_discrete_derivatives_and_gaps_of_every_shape_have_their_rows() {
+    let mut builder = RigidBodies::<f64>::builder();
+    let (moving, still) = (builder.group(), builder.group());
+    let body = Body { mass: 1.0, inertia: 0.2 };
+    let one = builder.body("one", body).expect("positive");
+    let other = builder.body("other", body).expect("positive");
+    builder.disc("disc", one, [0.1, 0.05], 0.1, moving).expect("a disc");
+    let square = [[-0.1, -0.1], [0.1, -0.1], [0.1, 0.1], [-0.1, 0.1]];
+    builder.polygon("square", other, &square, moving).expect("convex");
+    let motion = [(0.3, Signal::Constant), (0.0, Signal::Constant), (0.2, Signal::Constant)];
+    let mover = builder.moved_body("mover", [0.0, -1.5, 0.0], motion).expect("finite");
+    builder.half_plane_of("plane", mover, [0.0, 0.1], [0.2, 1.0], still).expect("a plane");
+    builder
+        .arc("hump", mover, ([0.0, 0.2], 0.3), RoundSide::Outside, Some([0.0, 3.0]), still)
+        .expect("an arc");
+    builder.arc("bowl", BodyId::GROUND, ([0.0; 2], 2.0), RoundSide::Inside, None, still).expect("a circle");
+    builder
+        .chain("line", BodyId::GROUND, &[[-3.0, -2.0], [0.0, -1.8], [3.0, -2.0]], false, still)
+        .expect("a chain");
+    builder.interface(moving, still).expect("groups");
+    let (at, on, axis) = ([0.3, -0.2], [-0.1, 0.4], [1.0, 0.7]);
+    for (name, to) in [("ground", None), ("other", Some(other)), ("mover", Some(mover))] {
+        for relative in [Relative::Distance { at, on }, Relative::Along { at, on, axis }, Relative::Angle] {
+            builder.spring_between(name, (one, to), relative, (3.0, 0.1), 0.2).expect("finite");
+            builder.limit(name, (one, to), relative, [-5.0, 5.0]).expect("in order");
+        }
+    }
+    let mut system = builder.build().expect("bodies");
+    let q = [0.3, 0.1, 0.4, -0.7, 0.2, 1.3, 0.3, -1.5, 0.2];
+    check_system::<2>(&Suite::default(), &mut system, (&q, &[0.0; 9]), (20.0, 0.1)).expect("a mechanism");
 }
 
 #[test]

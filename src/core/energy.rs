@@ -19,7 +19,7 @@ use crate::scalar::Scalar;
 pub struct Energies<T> {
     /// ½ v·Mv.
     pub kinetic: T,
-    /// ½ q·Kq.
+    /// ½ q·Kq, and the energy of springs in the rows of the joints.
     pub elastic: T,
     /// −F₀·q, the potential of the constant forces; they are external in the balance (56).
     pub potential: T,
@@ -44,9 +44,9 @@ pub struct Balance<T> {
     pub kinetic_change: T,
     /// E_{k+1} − E_k, elastic part.
     pub elastic_change: T,
-    /// W_ext (57).
+    /// W_ext (57), and the work of motors in joints.
     pub external_work: T,
-    /// W_damp (58).
+    /// W_damp (58), and the work of dampers and dry friction in joints.
     pub damping_work: T,
     /// v_{k+θ}·R, work of the impulses R that move the prescribed degrees of freedom.
     pub prescribed_work: T,

@@ -5,11 +5,15 @@ use std::fmt::Write as _;
 use super::source::{Field, Item, attribute, item, renamed, text, value_of};
 
 /// Where the types of scene files are.
-const FILES: [&str; 9] = [
+const FILES: [&str; 13] = [
     "src/scene/format.rs",
+    "src/scene/joints.rs",
+    "src/scene/lagrangian.rs",
+    "src/scene/obstacles.rs",
     "src/scene/solid.rs",
     "src/scene/time.rs",
     "src/scheme/activation.rs",
+    "src/system/rigid_bodies/curves.rs",
     "src/system/signal.rs",
     "src/system/elastic/material.rs",
     "src/system/elastic/mod.rs",
@@ -18,7 +22,7 @@ const FILES: [&str; 9] = [
 ];
 
 /// Units a number may have; `–` where it is dimensionless.
-const UNITS: [&str; 21] = [
+const UNITS: [&str; 27] = [
     "m",
     "s",
     "kg",
@@ -36,10 +40,16 @@ const UNITS: [&str; 21] = [
     "N/m, N/m, N m/rad",
     "N s/m, N s/m, N m s",
     "m or rad",
+    "m/s or rad/s",
+    "N or N m",
+    "N/m or N m/rad",
+    "N s/m or N m s",
     "m; of a bar m²",
     "1/s, s",
     "dimensionless",
     "of each parameter its own",
+    "of each coordinate its own",
+    "m per unit of each",
 ];
 
 const HEAD: &str = "\

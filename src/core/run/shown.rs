@@ -33,6 +33,9 @@ pub(super) fn shown(
             Some(found.ok_or_else(|| unknown("output.figure_contact", name, known()))?)
         }
     };
+    if let Some(lagrangian) = &scene.lagrangian {
+        return Ok(((0..lagrangian.coordinates.len().min(3)).collect(), contact));
+    }
     if scene.solid.is_none() {
         return Ok(((3 * body..3 * body + 3).collect(), contact));
     }

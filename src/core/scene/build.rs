@@ -5,7 +5,8 @@ use nalgebra::SVector;
 use super::decompose::convex_parts;
 use super::format::InterfaceSpec;
 use super::names::{Directory, Groups};
-use super::{LoadSpec, PlannedRun, PreloadSpec, Scene, SceneError};
+use super::obstacles::check_obstacles;
+use super::{GapSpec, JointSpec, LoadSpec, ObstacleSpec, PlannedRun, PreloadSpec, Scene, SceneError};
 use crate::laws::{Approach, ContactLaw, Rows};
 use crate::registry::Registry;
 use crate::scalar::{Scalar, epsilon, lit};
@@ -28,7 +29,7 @@ impl InterfaceSpec {
         format!("`{}` – `{}`", self.between[0], self.between[1])
     }
 
-    fn law<T: Scalar, const D: usize>(
+    pub(super) fn law<T: Scalar, const D: usize>(
         &self,
         run: &PlannedRun,
         registry: &Registry,
@@ -65,7 +66,11 @@ pub fn contact_dimension(
     registry: &Registry,
 ) -> Result<usize, SceneError> {
     let mut rows = Rows::Normal;
-    for interface in &scene.interfaces {
+    let limits = scene.joints.iter().filter(|joint| joint.limits.is_some());
+    let gaps = scene.lagrangian.iter().flat_map(|lagrangian| &lagrangian.gaps);
+    let own: Vec<InterfaceSpec> =
+        limits.map(JointSpec::interface).chain(gaps.map(GapSpec::interface)).collect();
+    for interface in scene.interfaces.iter().chain(&own) {
         for run in runs {
             let law: AnyLaw<f64, 2> = interface.law(run, registry)?;
             rows = rows.max(law.rows());
@@ -123,8 +128,11 @@ pub(super) fn parts<T: Scalar, const D: usize>(
     registry: &Registry,
 ) -> Result<Parts<T, D>, SceneError> {
     check_state(scene)?;
+    if let Some(lagrangian) = &scene.lagrangian {
+        return lagrangian.parts(scene, (run, registry));
+    }
     match &scene.solid {
-        Some(solid) if scene.bodies.is_empty() => {
+        Some(solid) if scene.bodies.is_empty() && scene.obstacles.is_empty() => {
             let (mut body, interfaces) = solid.body::<T>(scene)?;
             let of = |&interface: &usize| scene.interfaces[interface].law(run, registry);
             let laws = interfaces.iter().map(of).collect::<Result<Vec<AnyLaw<T, D>>, _>>()?;
@@ -160,12 +168,16 @@ pub(super) fn parts<T: Scalar, const D: usize>(
         Some(_) => Err(SceneError::Mixed),
         None if scene.bodies.is_empty() => Err(SceneError::Empty { what: "body" }),
         None => {
-            let (system, laws) = build_system(scene, run, registry)?;
             let (mut q, mut v) = (Vec::new(), Vec::new());
             for body in &scene.bodies {
                 q.extend([body.position[0], body.position[1], body.angle].map(lit::<T>));
                 v.extend([body.velocity[0], body.velocity[1], body.spin].map(lit::<T>));
             }
+            for start in scene.obstacles.iter().filter_map(ObstacleSpec::start) {
+                q.extend(start.map(lit::<T>));
+                v.extend([T::zero(); 3]);
+            }
+            let (system, laws) = build_system(scene, run, registry, &q)?;
             Ok((Box::new(system), laws, q, v))
         }
     }
@@ -187,6 +199,7 @@ fn check_state(scene: &Scene) -> Result<(), SceneError> {
         None => Ok(()),
     };
     check(&|| "gravity".into(), &scene.gravity)?;
+    check_obstacles(scene)?;
     if let Some(solid) = &scene.solid {
         check(&|| format!("velocity of `{}`", solid.name), &solid.velocity)?;
     }
@@ -224,14 +237,18 @@ fn build_system<T: Scalar, const D: usize>(
     scene: &Scene,
     run: &PlannedRun,
     registry: &Registry,
+    q: &[T],
 ) -> Result<SystemAndLaws<T, D>, SceneError> {
     let directory = Directory::new(scene)?;
     directory.check_interfaces(scene)?;
     let mut builder = RigidBodies::builder();
     let mut groups = Groups::default();
-    let contactor_groups: Vec<Vec<usize>> = (directory.contactors.iter())
-        .map(|body| body.iter().map(|names| groups.of(Directory::sides(scene, names))).collect())
-        .collect();
+    let mut of_all = |all: &[Vec<_>]| -> Vec<Vec<usize>> {
+        let mut of = |names| groups.of(Directory::sides(scene, names));
+        all.iter().map(|shapes| shapes.iter().map(&mut of).collect()).collect()
+    };
+    let contactor_groups = of_all(&directory.contactors);
+    let obstacle_groups = of_all(&directory.obstacles);
     let plane_groups: Vec<usize> =
         directory.planes.iter().map(|names| groups.of(Directory::sides(scene, names))).collect();
     let sides = groups.into_sides();
@@ -264,27 +281,23 @@ fn build_system<T: Scalar, const D: usize>(
         }
         bodies.push(id);
     }
+    let mut movers: Vec<Option<BodyId>> = Vec::new();
+    for (obstacle, groups) in scene.obstacles.iter().zip(&obstacle_groups) {
+        let groups: Vec<_> = groups.iter().map(|&group| ids[group]).collect();
+        movers.push(obstacle.build(&mut builder, &groups)?);
+    }
+    // The interfaces of limits come first, in the order of the joints.
+    let mut laws = Vec::new();
     for joint in &scene.joints {
-        let named = |name: &String| {
-            let known = || scene.bodies.iter().map(|body| body.name.as_str());
-            known().position(|body| body == name).map(|i| bodies[i]).ok_or_else(|| SceneError::UnknownName {
-                place: format!("joint `{}`", joint.name),
-                name: name.clone(),
-                known: known().collect::<Vec<_>>().join(", "),
-            })
-        };
-        let (body, other) = (named(&joint.body)?, joint.to.as_ref().map(named).transpose()?);
-        let (at, on) = (joint.at.map(lit), joint.on.map(lit));
-        match joint.angle {
-            None => builder.pin(&joint.name, body, at, other, on)?,
-            Some(angle) => builder.weld(&joint.name, body, at, other, on, lit(angle))?,
-        }
+        joint.build(scene, (run, registry), (&mut builder, (&bodies, &movers)), &mut laws)?;
+    }
+    for spring in &scene.springs {
+        spring.build(scene, (&mut builder, (&bodies, &movers)), q)?;
     }
     builder.gravity(scene.gravity.map(lit))?;
     for (plane, &group) in scene.half_planes.iter().zip(&plane_groups) {
         builder.half_plane(&plane.name, plane.point.map(lit), plane.normal.map(lit), ids[group])?;
     }
-    let mut laws = Vec::new();
     for a in 0..sides.len() {
         for b in a..sides.len() {
             if let Some(interface) = Directory::interface_between(&sides[a], &sides[b]) {

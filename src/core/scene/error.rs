@@ -51,6 +51,50 @@ pub enum SceneError {
         /// Laws, solvers or bodies.
         what: &'static str,
     },
+    /// An arc with one angle.
+    #[error("arc `{arc}` has one of `from` and `to`: an arc needs both, a whole circle neither")]
+    HalfArc {
+        /// Name of the arc.
+        arc: String,
+    },
+    /// Limits, friction or a motor of a joint that leaves nothing free.
+    #[error(
+        "joint `{joint}` holds everything: limits, friction and motors need a pin (no `angle`) or a slider (an `axis`)"
+    )]
+    NothingFree {
+        /// Name of the joint.
+        joint: String,
+    },
+    /// Two displacements of one component.
+    #[error("obstacle `{obstacle}` has two motions in {component}; every component may have one")]
+    TwoMotions {
+        /// Name of the obstacle.
+        obstacle: String,
+        /// x, y or angle.
+        component: &'static str,
+    },
+    /// Something beside a Lagrangian system.
+    #[error(
+        "the scene has a `lagrangian` block and {what}: all of such a system stands in the block, its contacts as `gaps`"
+    )]
+    BesideLagrangian {
+        /// What else there is.
+        what: &'static str,
+    },
+    /// A motor that is not one of two kinds.
+    #[error(
+        "the motor of joint `{joint}` must have either `speed`, with `most` or without, or `force` alone"
+    )]
+    Motor {
+        /// Name of the joint.
+        joint: String,
+    },
+    /// A spring in rotation with a direction.
+    #[error("spring `{spring}` is angular and has an axis; it may have one of them")]
+    AngularAxis {
+        /// Name of the spring.
+        spring: String,
+    },
     /// Two things have one name.
     #[error("the name `{name}` is taken twice")]
     DuplicateName {
@@ -153,8 +197,8 @@ pub enum SceneError {
     /// The preload with contacts was not found.
     #[error(transparent)]
     Equilibrium(#[from] EquilibriumError),
-    /// Rigid bodies and an elastic one in the same scene.
-    #[error("the scene has bodies and a solid; it must have one or the other")]
+    /// Rigid bodies or obstacles and an elastic body in the same scene.
+    #[error("the scene has bodies or obstacles and a solid; it must have one or the other")]
     Mixed,
     /// Error control cannot start.
     #[error(transparent)]

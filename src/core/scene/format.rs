@@ -6,11 +6,11 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 
-use super::{SceneError, SolidSpec, TimeSpec};
+use super::{JointSpec, LagrangianSpec, ObstacleSpec, SceneError, SolidSpec, SpringSpec, TimeSpec};
 use crate::observe::Units;
 use crate::system::Signal;
 
-/// A scene of planar rigid bodies, or of one elastic body. Units are SI (m, kg, s, N, rad), or any other consistent
+/// A scene of planar rigid bodies, of one elastic body, or of a linear system of a few coordinates. Units are SI (m, kg, s, N, rad), or any other consistent
 /// set: mm, ms, g makes MPa, N, mJ.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -44,12 +44,20 @@ pub struct Scene {
     pub bodies: Vec<BodySpec>,
     /// An elastic body, in place of the rigid ones.
     pub solid: Option<SolidSpec>,
+    /// A linear system of a few coordinates, in place of bodies.
+    pub lagrangian: Option<LagrangianSpec>,
     /// Fixed half-planes.
     #[serde(default)]
     pub half_planes: Vec<HalfPlaneSpec>,
+    /// Fixed shapes of any kind.
+    #[serde(default)]
+    pub obstacles: Vec<ObstacleSpec>,
     /// Joints between bodies, or to the ground.
     #[serde(default)]
     pub joints: Vec<JointSpec>,
+    /// Springs and dampers between bodies, or to the ground.
+    #[serde(default)]
+    pub springs: Vec<SpringSpec>,
     /// Which pairs touch, and the parameters of their law.
     #[serde(default)]
     pub interfaces: Vec<InterfaceSpec>,
@@ -136,7 +144,7 @@ pub struct OutputSpec {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BodySpec {
-    /// Name, unique among bodies and half-planes.
+    /// Name, unique among bodies, obstacles and half-planes.
     pub name: String,
     /// Groups the body belongs to, for interfaces.
     #[serde(default)]
@@ -209,26 +217,6 @@ pub struct PolygonSpec {
     pub decompose: bool,
 }
 
-/// A joint: a point of a body held on a point of another, or of the ground.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct JointSpec {
-    /// Name, for errors.
-    pub name: String,
-    /// The body.
-    pub body: String,
-    /// Its point, in its frame (m).
-    #[serde(default)]
-    pub at: [f64; 2],
-    /// The other body; the ground where absent.
-    pub to: Option<String>,
-    /// The other body's point in its frame, or the point of the ground (m).
-    #[serde(default)]
-    pub on: [f64; 2],
-    /// Angle of the body less that of the other (rad), held as well where it is given: a weld, not a pin.
-    pub angle: Option<f64>,
-}
-
 /// A contact disc, or point, of a body.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -247,7 +235,7 @@ pub struct DiscSpec {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HalfPlaneSpec {
-    /// Name, unique among bodies and half-planes.
+    /// Name, unique among bodies, obstacles and half-planes.
     pub name: String,
     /// A point of its boundary (m).
     #[serde(default)]
@@ -260,7 +248,7 @@ pub struct HalfPlaneSpec {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct InterfaceSpec {
-    /// Each side is a body, a disc or polygon `body.name`, a half-plane or a group. The first interface that fits a pair
+    /// Each side is a body or an obstacle, one of its shapes `body.name`, a half-plane or a group. The first interface that fits a pair
     /// governs it; pairs that fit none pass through each other.
     pub between: [String; 2],
     /// A law this interface keeps in every run, in place of the law of the run.

@@ -11,6 +11,8 @@ type Names = BTreeSet<String>;
 pub(super) struct Directory {
     /// Names of contactor j of body i, discs before polygons.
     pub(super) contactors: Vec<Vec<Names>>,
+    /// Names of shape j of obstacle i.
+    pub(super) obstacles: Vec<Vec<Names>>,
     /// Names of each half-plane.
     pub(super) planes: Vec<Names>,
 }
@@ -23,18 +25,25 @@ impl Directory {
         };
         let mut groups = BTreeSet::new();
         let mut contactors = Vec::new();
-        for body in &scene.bodies {
-            take(body.name.clone())?;
-            groups.extend(body.groups.iter().cloned());
-            let mut of_body = Vec::new();
-            let discs = body.discs.iter().map(|disc| &disc.name);
-            for name in discs.chain(body.polygons.iter().map(|polygon| &polygon.name)) {
-                let full = format!("{}.{name}", body.name);
+        let mut shapes = |owner: &String, names: &mut dyn Iterator<Item = &String>, of: &[String]| {
+            take(owner.clone())?;
+            groups.extend(of.iter().cloned());
+            let mut all = Vec::new();
+            for name in names {
+                let full = format!("{owner}.{name}");
                 take(full.clone())?;
-                let common = [body.name.clone(), full].into_iter();
-                of_body.push(common.chain(body.groups.iter().cloned()).collect());
+                all.push([owner.clone(), full].into_iter().chain(of.iter().cloned()).collect());
             }
-            contactors.push(of_body);
+            Ok::<Vec<Names>, SceneError>(all)
+        };
+        for body in &scene.bodies {
+            let discs = body.discs.iter().map(|disc| &disc.name);
+            let mut names = discs.chain(body.polygons.iter().map(|polygon| &polygon.name));
+            contactors.push(shapes(&body.name, &mut names, &body.groups)?);
+        }
+        let mut obstacles = Vec::new();
+        for obstacle in &scene.obstacles {
+            obstacles.push(shapes(&obstacle.name, &mut obstacle.shapes(), &obstacle.groups)?);
         }
         let mut planes = Vec::new();
         for plane in &scene.half_planes {
@@ -44,11 +53,11 @@ impl Directory {
         for group in groups {
             take(group)?;
         }
-        Ok(Self { contactors, planes })
+        Ok(Self { contactors, obstacles, planes })
     }
 
     fn all(&self) -> impl Iterator<Item = &Names> {
-        self.contactors.iter().flatten().chain(&self.planes)
+        self.contactors.iter().chain(&self.obstacles).flatten().chain(&self.planes)
     }
 
     /// Checks that every side of every interface names something.

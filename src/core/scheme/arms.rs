@@ -29,7 +29,9 @@ impl<T: Scalar> Arms<T> {
         let mut mobility = Vec::new();
         if rolls {
             mobility.resize(mass.size(), T::zero());
-            mass.entries().filter(|&(i, j, _)| i == j).for_each(|(i, _, m)| mobility[i] = T::one() / m);
+            // What moves as told may have no mass.
+            let diagonal = mass.entries().filter(|&(i, j, m)| i == j && m > T::zero());
+            diagonal.for_each(|(i, _, m)| mobility[i] = T::one() / m);
         }
         Self { mobility, lengths: Vec::new() }
     }

@@ -1,6 +1,7 @@
 //! The ledger of a step: energies, and the balance (56).
 
 use super::active_set::ActiveSet;
+use super::joints::joints_of;
 use super::lasting::Lasting;
 use super::matrix::Matrix;
 use super::nonlinear::Start;
@@ -44,6 +45,14 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             damping.multiply(&next.v_theta, &mut next.scratch);
             balance.damping_work = -h * dot(&next.v_theta, &next.scratch);
         }
+        let [springs, dampers, motors] = self.equations.joints.works(h);
+        balance.elastic_change += springs;
+        balance.damping_work += dampers;
+        balance.external_work += motors;
+        if let (false, Some(made)) = (self.equations.joints.is_empty(), self.active.crossed.made()) {
+            let joints = joints_of(&**system);
+            balance.position_work += joints.energy(&next.q) - joints.energy(made);
+        }
         balance.numerical_dissipation = match self.lasting.as_ref().and_then(Lasting::theta) {
             None => (half - theta) * square,
             Some(thetas) => sums(next.v.len(), |i| {
@@ -67,6 +76,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             },
             |nonlinear| nonlinear.next_energies(&next.v),
         );
+        let elastic = elastic + joints_of(&**system).energy(&next.q);
         let energies = Energies { kinetic, elastic, potential: system.potential(&next.q) };
         if !all_finite(&[energies.total(), balance.imbalance]) {
             let (step, time) = self.place();
@@ -103,6 +113,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
                 reaction[dof - *free] -= entry.dot(p);
             }
         }
+        self.equations.joints.take_from(*free, reaction);
         dot(&v_theta[*free..], reaction)
     }
 }

@@ -219,10 +219,8 @@ pub enum StepError {
         /// What the solver says, with the best residual.
         source: SolveError,
     },
-    /// The joints leave no velocity, or hold the same thing twice.
-    #[error(
-        "step {step}, t = {time} s: joint {joint} cannot be kept, the joints contradict or repeat each other"
-    )]
+    /// The joints leave no velocity.
+    #[error("step {step}, t = {time} s: joint {joint} cannot be kept, the joints contradict each other")]
     Joints {
         /// Number of the step.
         step: usize,

@@ -148,7 +148,8 @@ impl<T: Scalar> Lasting<T> {
         settings: &Settings<T>,
         q: &[T],
     ) -> Option<Self> {
-        let stiff = system.stiffness().is_some() || system.damping().is_some();
+        let rigid = joints_of(system).all_held();
+        let stiff = system.stiffness().is_some() || system.damping().is_some() || !rigid;
         if !settings.lasting || stiff || system.nonlinear().is_some() || system.prescribed().is_some() {
             return None;
         }

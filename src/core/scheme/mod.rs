@@ -26,6 +26,10 @@
 //! ([`Settings::joint_tolerance`]) over any number of steps. It depends on the end of the step: Newton's method finds it
 //! under given percussions, and passes with a cone problem each, accelerated, find these; see `joints.rs`.
 //!
+//! A row of the joints may have a [law](crate::system::RowLaw): a spring with a damper, a motor, dry friction. Its percussion
+//! then works, and the balance has the work by kind: springs change the elastic energy, dampers and friction are damping work,
+//! motors external work. Rows that hold the same thing twice are solved with a ridge around the multipliers; see `laws.rs`.
+//!
 //! # Nonlinear systems
 //!
 //! For M(q) v̇ + f(t, q, v) = F + Hᵀ r with kinetic energy T = ½ v·M(q) v and potential V(q) the step is

@@ -20,7 +20,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         if self.system.body_dofs().is_none() {
             return T::zero();
         }
-        if self.system.stiffness().is_some() {
+        if self.system.stiffness().is_some() || !self.equations.joints.is_empty() {
             self.active.crossed.made.copy_from_slice(&self.next.q);
         }
         self.move_on() + self.stop_at_crossings()

@@ -7,7 +7,7 @@ use super::{Activation, SetupError};
 use crate::laws::{Approach, ContactLaw, Response};
 use crate::linalg::{Symmetric, max_abs};
 use crate::scalar::{Scalar, all_finite, epsilon, lit, to_f64};
-use crate::system::Dynamics;
+use crate::system::{Dynamics, RowLaw};
 
 /// Parameters of the scheme.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,8 +23,9 @@ pub struct Settings<T> {
     pub allow_unproved_theta: bool,
     /// Contacts that carried a percussion and are slow [last](crate::laws::Approach::lasting): they take no restitution and
     /// stay in the active set through rounding, their islands take `theta_rest`, and their overlaps are opened. Default
-    /// `true`; without, the rule of the active set is taken literally. Systems with damping or stiffness and nonlinear
-    /// ones, and steps under error control, have none.
+    /// `true`; without, the rule of the active set is taken literally. Systems with damping or stiffness, with springs, motors
+    /// or friction in joints, with degrees of freedom that move as told and nonlinear ones, and steps under error control,
+    /// have none.
     pub lasting: bool,
     /// θ ∈ [½, 1] of islands all of whose contacts last. Default 1: what sticks stands still. See [`scheme`](super).
     pub theta_rest: T,
@@ -176,7 +177,8 @@ pub(super) fn check_joints<T: Scalar>(
     let floor = lit::<T>(ROUNDING) * epsilon::<T>();
     let bound = larger(lit::<T>(JOINT_TOLERANCE), floor) * (length + T::one());
     let bound = larger(bound, settings.joint_tolerance.unwrap_or_else(T::zero));
-    match open.iter().position(|&x| !(nalgebra::ComplexField::abs(x) <= bound)) {
+    let held = |row: usize| joints.law(row, q, T::zero(), settings.step) == RowLaw::Held;
+    match (0..rows).find(|&row| held(row) && !(nalgebra::ComplexField::abs(open[row]) <= bound)) {
         Some(row) => Err(SetupError::JointOpen { joint: joints.label(row), by: to_f64(open[row]) }),
         None => Ok(()),
     }

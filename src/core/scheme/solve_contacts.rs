@@ -101,7 +101,8 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         } = self;
         let (warm_start, older) = (&mut self.warm.last, &self.warm.before);
         // Of bodies that nothing but contacts couples the solver may see H and M̂.
-        if let (Factor::Diagonal(inverse), true) = (&*factor, joints.is_empty() && !self.cones.arms.rolls()) {
+        let alone = joints.is_empty() && !self.cones.arms.rolls() && self.matrix.free == self.system.dofs();
+        if let (Factor::Diagonal(inverse), true) = (&*factor, alone) {
             problem.copy_bodies(jacobian, inverse);
         }
         let worth = problem.delassus().formed().filter(|_| contacts > WORTH_SPLITTING);

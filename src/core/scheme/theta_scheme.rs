@@ -5,7 +5,7 @@ use super::arms::Arms;
 use super::clock::Clock;
 use super::cones::{Cones, WarmStart};
 use super::equations::Equations;
-use super::joints::Bilateral;
+use super::joints::{Bilateral, joints_of};
 use super::lasting::Lasting;
 use super::matrix::Matrix;
 use super::memory::Memories;
@@ -70,8 +70,10 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         check_sizes(&*system, &q, &v)?;
         let scales = system.scales(&q, &v);
         check_joints(&*system, &settings, &q, scales.length)?;
-        Factor::new(system.mass()).map_err(SetupError::Mass)?;
         let (mut q, mut v, mut system) = (q, v, system);
+        let free = system.prescribed().map_or(system.dofs(), |prescribed| prescribed.first());
+        // What moves as told may have no mass.
+        Factor::new(&system.mass().leading(free)).map_err(SetupError::Mass)?;
         if let Some(prescribed) = system.prescribed() {
             prescribed.set(start_time, settings.step, settings.theta, &mut q, &mut v);
         }
@@ -88,6 +90,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             || (dot(&v, &next.momentum[0]) * lit::<T>(0.5), dot(&q, &next.elastic_force[0]) * lit::<T>(0.5)),
             |nonlinear| nonlinear.energies(&v),
         );
+        let elastic = elastic + joints_of(&*system).energy(&q);
         let energies = Energies { kinetic, elastic, potential: system.potential(&q) };
         if !all_finite(&[energies.total()]) {
             let (kinetic, elastic) = (to_f64(energies.kinetic), to_f64(energies.elastic));

@@ -57,7 +57,8 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         }
         let span = Span::of(settings, state, lasting.as_ref());
         if self.equations.passes == 0 {
-            joints.start(&**system, &state.q, &next.v, self.equations.scales.length);
+            let time = (state.time, settings.step);
+            joints.start(&**system, &state.q, &next.v, time, self.equations.scales.length);
         }
         let contacts = !next.contacts.is_empty();
         if let Err(row) = joints.bind(&**system, span, contacts, factor, &mut next.v_free) {

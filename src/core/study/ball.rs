@@ -47,6 +47,9 @@ impl Ball {
         else {
             return Err("one body, one half-plane and one interface".into());
         };
+        if !(scene.obstacles.is_empty() && scene.springs.is_empty()) {
+            return Err("no obstacle and no spring".into());
+        }
         let disc = match &body.discs[..] {
             [disc] if body.polygons.is_empty() && scene.joints.is_empty() && scene.solid.is_none() => disc,
             _ => return Err("a body with one disc, and no joint".into()),

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Contacts, Describe, Dynamics, Forces, Joints, Prescribed, Scales, System};
+use super::{Contacts, Describe, Dynamics, Forces, Joints, Prescribed, RowLaw, Scales, System};
 use crate::contact::{Candidate, ContactId};
 use crate::linalg::{BlockRows, Symmetric};
 use crate::scalar::Scalar;
@@ -393,6 +393,21 @@ impl<T: Scalar, const D: usize> Joints<T> for Assembly<T, D> {
             let multipliers = &multipliers[joint_rows.clone()];
             joints.curvature(&q[place.clone()], &s[v.clone()], multipliers, &mut out[v.clone()]);
         }
+    }
+
+    fn law(&self, row: usize, q: &[T], time: T, step: T) -> RowLaw<T> {
+        let found = self.at(row, |member| &member.joint_rows);
+        let joints = found.and_then(|(member, row)| Some((member, member.system.joints()?, row)));
+        joints.map_or(RowLaw::Held, |(member, joints, row)| joints.law(row, &q[member.q.clone()], time, step))
+    }
+
+    fn all_held(&self) -> bool {
+        self.members.iter().all(|member| member.system.joints().is_none_or(Joints::all_held))
+    }
+
+    fn energy(&self, q: &[T]) -> T {
+        let of = |m: &Member<T, D>| m.system.joints().map(|joints| joints.energy(&q[m.q.clone()]));
+        self.members.iter().filter_map(of).fold(T::zero(), |sum, energy| sum + energy)
     }
 
     fn label(&self, row: usize) -> String {

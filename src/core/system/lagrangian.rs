@@ -15,6 +15,8 @@ pub struct Lagrangian<T: Scalar, const D: usize> {
     forces: Forces<T>,
     contacts: SmoothContacts<T, D>,
     scales: Option<Scales<T>>,
+    /// Names of coordinates and contacts; by number where there are none.
+    labels: [Vec<String>; 2],
 }
 
 impl<T: Scalar, const D: usize> Lagrangian<T, D> {
@@ -22,7 +24,8 @@ impl<T: Scalar, const D: usize> Lagrangian<T, D> {
     pub fn new(mass: Symmetric<T>) -> Self {
         let forces = Forces::constant(vec![T::zero(); mass.size()]);
         let contacts = SmoothContacts::default();
-        Self { mass, damping: None, stiffness: None, forces, contacts, scales: None }
+        let labels = [Vec::new(), Vec::new()];
+        Self { mass, damping: None, stiffness: None, forces, contacts, scales: None, labels }
     }
 
     /// Adds the damping C.
@@ -74,6 +77,13 @@ impl<T: Scalar, const D: usize> Lagrangian<T, D> {
         self
     }
 
+    /// Names the coordinates and the contacts, in their order.
+    #[must_use]
+    pub fn with_labels(mut self, coordinates: Vec<String>, contacts: Vec<String>) -> Self {
+        self.labels = [coordinates, contacts];
+        self
+    }
+
     fn check_size(&self, what: &'static str, given: usize) -> Result<(), SystemError> {
         let expected = self.mass.size();
         if given == expected { Ok(()) } else { Err(SystemError::Size { what, expected, given }) }
@@ -120,7 +130,16 @@ impl<T: Scalar, const D: usize> Contacts<T, D> for Lagrangian<T, D> {
     }
 }
 
-impl<T: Scalar, const D: usize> Describe<T> for Lagrangian<T, D> {}
+impl<T: Scalar, const D: usize> Describe<T> for Lagrangian<T, D> {
+    fn dof_label(&self, dof: usize) -> String {
+        self.labels[0].get(dof).cloned().unwrap_or_else(|| format!("q{dof}"))
+    }
+
+    fn contact_label(&self, contact: ContactId) -> String {
+        let label = self.labels[1].get(contact.number() as usize);
+        label.cloned().unwrap_or_else(|| contact.number().to_string())
+    }
+}
 
 impl<T: Scalar, const D: usize> fmt::Debug for Lagrangian<T, D> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

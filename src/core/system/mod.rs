@@ -6,7 +6,7 @@
 //! |---|---|---|
 //! | [`Dynamics`] | M, C, K, F, what moves as told; how q moves along a velocity | every system |
 //! | [`Contacts`] | candidates, gaps, Jacobians | every system; none by default |
-//! | [`Joints`] | bilateral rows | systems with joints |
+//! | [`Joints`] | bilateral rows, springs, motors | systems with joints |
 //! | [`Describe`] | names and meshes | outputs alone |
 //!
 //! What implements the first two and the last is a [`System`]; an [`Assembly`] of several is one.
@@ -22,6 +22,7 @@ mod lagrangian;
 mod nonlinear;
 mod prescribed;
 mod rigid_bodies;
+mod row_law;
 mod signal;
 
 use std::fmt::Debug;
@@ -37,7 +38,10 @@ pub use gaps::{SmoothContacts, SmoothGap};
 pub use lagrangian::Lagrangian;
 pub use nonlinear::{NonlinearLagrangian, NonlinearTerms};
 pub use prescribed::Prescribed;
-pub use rigid_bodies::{Body, BodyId, ContactorId, GroupId, RigidBodies, RigidBodiesBuilder, polygon_body};
+pub use rigid_bodies::{
+    Body, BodyId, ContactorId, GroupId, Relative, RigidBodies, RigidBodiesBuilder, RoundSide, polygon_body,
+};
+pub use row_law::RowLaw;
 pub use signal::Signal;
 
 use crate::contact::{Candidate, ContactId};
@@ -190,7 +194,7 @@ pub trait Contacts<T: Scalar, const D: usize>: Debug + Send {
     }
 }
 
-/// Bilateral rows φ(q) = 0.
+/// Bilateral rows φ(q) = 0, and rows along which springs, motors or dry friction act ([`law`](Self::law)).
 ///
 /// A joint is a contact whose half-line has become the whole line: in the cone problem its percussion is free
 /// (K = ℝ), so that the dual cone is K* = {0} and the row reads u = 0. The scheme eliminates such rows exactly,
@@ -215,6 +219,21 @@ pub trait Joints<T: Scalar>: Debug {
     /// It speeds up the iteration of a step with joints, whose solution does not depend on it: Newton's method with it,
     /// a linear rate of the order of h²λ without.
     fn curvature(&self, _q: &[T], _s: &[T], _multipliers: &[T], _out: &mut [T]) {}
+
+    /// What holds a row over the step of length `step` from q at `time`; every row is held by default.
+    fn law(&self, _row: usize, _q: &[T], _time: T, _step: T) -> RowLaw<T> {
+        RowLaw::Held
+    }
+
+    /// Whether every row is [held](RowLaw::Held).
+    fn all_held(&self) -> bool {
+        true
+    }
+
+    /// Energy (J) of the springs in the rows.
+    fn energy(&self, _q: &[T]) -> T {
+        T::zero()
+    }
 
     /// Name of the joint a row belongs to.
     fn label(&self, row: usize) -> String {

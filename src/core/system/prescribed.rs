@@ -17,6 +17,8 @@ use crate::scalar::{Scalar, all_finite, to_f64};
 #[derive(Debug, Clone)]
 pub struct Prescribed<T> {
     first: usize,
+    /// Where each degree of freedom is displaced from; nothing where that is 0 for all.
+    origins: Vec<T>,
     /// Displacement (m) and signal of each degree of freedom.
     motions: Vec<(T, usize)>,
     signals: Vec<Signal<T>>,
@@ -38,7 +40,24 @@ impl<T: Scalar> Prescribed<T> {
                 return Err(SystemError::OutOfRange { what, value: to_f64(value), range: "finite" });
             }
         }
-        Ok(Self { first, motions, signals })
+        Ok(Self { first, origins: Vec::new(), motions, signals })
+    }
+
+    /// The same motions from `origins` (m or rad), one for each degree of freedom and 0 where there are fewer.
+    ///
+    /// # Errors
+    /// [`SystemError::OutOfRange`] for one that is not finite.
+    pub fn with_origins(mut self, origins: Vec<T>) -> Result<Self, SystemError> {
+        if let Some(origin) = origins.iter().find(|origin| !all_finite([*origin])) {
+            let what = "the origin of a prescribed displacement".into();
+            return Err(SystemError::OutOfRange { what, value: to_f64(*origin), range: "finite" });
+        }
+        self.origins = origins;
+        Ok(self)
+    }
+
+    fn origin(&self, i: usize) -> T {
+        self.origins.get(i).copied().unwrap_or_else(T::zero)
     }
 
     /// The same motions of degrees of freedom that stand `by` further on.
@@ -64,7 +83,7 @@ impl<T: Scalar> Prescribed<T> {
     /// u(t) of prescribed degree of freedom `i`, counted from [`first`](Self::first).
     pub fn displacement(&self, i: usize, time: T) -> T {
         let (value, signal) = self.motions[i];
-        value * self.signals[signal].at(time)
+        self.origin(i) + value * self.signals[signal].at(time)
     }
 
     /// Sets the prescribed components of (q, v) at `time` in steps of length `step`.
@@ -76,7 +95,7 @@ impl<T: Scalar> Prescribed<T> {
                 Signal::Constant => (value, value),
                 signal => (value * signal.at(before), value * signal.at(after)),
             };
-            q[self.first + i] = from + theta * (to - from);
+            q[self.first + i] = self.origin(i) + (from + theta * (to - from));
             v[self.first + i] = (to - from) / step;
         }
     }

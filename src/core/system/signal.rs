@@ -33,6 +33,11 @@ pub enum Signal<T> {
         #[cfg_attr(feature = "scene", serde(default))]
         phase: T,
     },
+    /// rate · t, at all times.
+    Linear {
+        /// rate (1/s).
+        rate: T,
+    },
     /// 0 before `start`, 1 after `end`, linear between.
     Ramp {
         /// Where it leaves 0 (s).
@@ -61,6 +66,7 @@ impl<T: Scalar> Signal<T> {
             &Self::Square { frequency, phase } => {
                 Signal::Square { frequency: one(frequency), phase: one(phase) }
             }
+            &Self::Linear { rate } => Signal::Linear { rate: one(rate) },
             &Self::Ramp { start, end } => Signal::Ramp { start: one(start), end: one(end) },
             Self::Table { times, values } => Signal::Table { times: all(times), values: all(values) },
         }
@@ -82,6 +88,12 @@ impl<T: Scalar> Signal<T> {
                 }
                 if !all_finite([phase]) {
                     return refuse("the phase of a signal".into(), *phase, "finite");
+                }
+                Ok(())
+            }
+            Self::Linear { rate } => {
+                if !all_finite([rate]) {
+                    return refuse("the rate of a signal".into(), *rate, "finite");
                 }
                 Ok(())
             }
@@ -131,6 +143,7 @@ impl<T: Scalar> Signal<T> {
                     -T::one()
                 }
             }
+            Self::Linear { rate } => *rate * time,
             Self::Ramp { start, end } => {
                 let x = (time - *start) / (*end - *start);
                 nalgebra::RealField::clamp(x, T::zero(), T::one())
@@ -148,7 +161,7 @@ impl<T: Scalar> Signal<T> {
     /// The first time after `time` at which the signal jumps or has a kink.
     pub fn next_break(&self, time: T) -> Option<T> {
         match self {
-            Self::Constant | Self::Sine { .. } => None,
+            Self::Constant | Self::Sine { .. } | Self::Linear { .. } => None,
             Self::Square { frequency, phase } => {
                 let half = lit::<T>(0.5);
                 let index = ComplexField::floor((*frequency * time + *phase) / half);
@@ -165,7 +178,7 @@ impl<T: Scalar> Signal<T> {
     /// beyond a kink.
     pub fn continued(&self, time: T, inside: T) -> T {
         match self {
-            Self::Constant | Self::Sine { .. } => self.at(time),
+            Self::Constant | Self::Sine { .. } | Self::Linear { .. } => self.at(time),
             Self::Square { .. } => self.at(inside),
             Self::Ramp { start, end } => {
                 if inside < *start || inside > *end {
@@ -185,10 +198,11 @@ impl<T: Scalar> Signal<T> {
         }
     }
 
-    /// Largest |value|.
+    /// Largest |value|; of a linear one, what it gains in 1 s.
     pub fn amplitude(&self) -> T {
         match self {
             Self::Table { values, .. } => crate::linalg::max_abs(values),
+            Self::Linear { rate } => ComplexField::abs(*rate),
             _ => T::one(),
         }
     }

@@ -57,6 +57,10 @@ impl<T: Scalar> Bilateral<T> {
         self.left_over = self.measure(system, span, mass);
         let halvings = if method == Method::Newton { HALVINGS } else { 0 };
         for iteration in 0..MOST_ITERATIONS {
+            if self.switch() {
+                self.trial.set(&self.accepted);
+                self.left_over = self.measure(system, span, mass);
+            }
             let before = self.left_over;
             self.linearise(system, span, method, mass);
             self.newton_step(span, mass)?;
@@ -87,38 +91,57 @@ impl<T: Scalar> Bilateral<T> {
         span: &Span<'_, T, impl Fn(usize) -> T>,
         mass: &mut Factor<T>,
     ) -> Result<(), usize> {
-        let Self { accepted, trial, rows, end_rows, tangent, inverse, ratio, opening, work, unbound, .. } =
-            self;
+        let Self {
+            accepted,
+            trial,
+            rows,
+            end_rows,
+            tangent,
+            inverse,
+            ratio,
+            opening,
+            work,
+            unbound,
+            laws,
+            ..
+        } = self;
         let (ends, start) = (end_rows, &accepted.v);
         let Iterate { v, multipliers, impulse } = trial;
         impulse.copy_from_slice(&accepted.impulse);
-        // v_free + (1 − K̂⁻¹ M̂)(v_i − v_free) + K̂⁻¹ Hᵀ p_i
+        // v_free + (1 − K̂⁻¹ M̂)(v_i − v_free) + K̂⁻¹ (Hᵀ p_i + Ḡᵀ λ), λ where it is given
         work.copy_from_slice(impulse);
+        Self::push_given(laws, rows, &accepted.multipliers, work);
         solve(mass, inverse, work);
         v.copy_from_slice(unbound);
         for i in 0..mass.size() {
             v[i] += (T::one() - ratio[i]) * (start[i] - unbound[i]) + work[i];
         }
         let size = max_abs(v) + max_abs(start);
-        let wanted = |i: usize| {
-            let first = ends.row(i).next().map_or(0, |(dof, _)| dof);
-            ends.velocity(i, start)[0] - opening[i] / (span.theta)(first)
-        };
+        let theta = |i: usize| (span.theta)(ends.row(i).next().map_or(0, |(dof, _)| dof));
+        let wanted = |i: usize| ends.velocity(i, start)[0] - opening[i] / theta(i);
+        tangent.factor(&mut self.assembler, (ends, rows), (mass, inverse), (laws, &span.theta), work)?;
         for (i, multiplier) in multipliers.iter_mut().enumerate() {
-            *multiplier = wanted(i) - ends.velocity(i, v)[0];
+            *multiplier = if laws.active[i] {
+                wanted(i) - ends.velocity(i, v)[0] + tangent.ridges[i] * accepted.multipliers[i]
+            } else {
+                accepted.multipliers[i]
+            };
         }
-        tangent.factor(&mut self.assembler, (ends, rows), mass, inverse, work)?;
         tangent.solve(multipliers);
         work.fill(T::zero());
-        for (i, &multiplier) in multipliers.iter().enumerate() {
+        for (i, &multiplier) in multipliers.iter().enumerate().filter(|&(i, _)| laws.active[i]) {
             rows.add_transpose(i, &SVector::<T, 1>::new(multiplier), work);
         }
         solve(mass, inverse, work);
         axpy(v, T::one(), work);
         // Far above the rounding of a solve, far below the velocities themselves.
         let bound = lit::<T>(1e-6) * (size + max_abs(v));
-        let missed = |i: usize| nalgebra::ComplexField::abs(wanted(i) - ends.velocity(i, v)[0]);
-        match (0..self.count).find(|&i| !(missed(i) <= bound)) {
+        let missed = |i: usize| {
+            let yields = laws.compliance[i] / theta(i) * multipliers[i];
+            let ridge = tangent.ridges[i] * (multipliers[i] - accepted.multipliers[i]);
+            nalgebra::ComplexField::abs(wanted(i) - ends.velocity(i, v)[0] - yields - ridge)
+        };
+        match (0..self.count).find(|&i| laws.active[i] && !(missed(i) <= bound)) {
             Some(row) => Err(row),
             None => Ok(()),
         }
@@ -167,7 +190,7 @@ impl<T: Scalar> Bilateral<T> {
         mass: &mut Factor<T>,
     ) -> LeftOver<T> {
         let abs = |x: T| nalgebra::ComplexField::abs(x);
-        let Self { trial, rows, step, end, work, sizes, unbound, .. } = self;
+        let Self { trial, rows, step, end, work, sizes, unbound, laws, .. } = self;
         Self::span(system, (step, end), &trial.v, span);
         // v − v_free − M̂⁻¹ (Hᵀp + Ḡᵀλ), against the sizes of its terms.
         rows.clear();
@@ -196,21 +219,34 @@ impl<T: Scalar> Bilateral<T> {
         let given = self.tolerance.map_or(T::zero(), |_| self.allowed);
         let mut worst = (T::zero(), given, 0);
         let (mut excess, mut merit) = (T::zero(), T::zero());
+        // Of redundant rows those without a load take the rounding of the others.
+        let shared = if laws.redundant { span.step * max_abs(unbound) } else { T::zero() };
         let weight = |dof: usize| match &*mass {
             Factor::Diagonal(inverse) => inverse.get(dof).copied().unwrap_or_else(T::zero),
             _ => T::one(),
         };
         for i in 0..self.count {
-            let (mut opening, mut size, mut mobility) = (self.drift[i], T::zero(), T::zero());
+            let (mut opening, mut size, mut mobility) = (self.drift[i], T::zero(), laws.compliance[i]);
             for (dof, entry) in rows.row(i) {
                 opening += entry[0] * step[dof];
                 mobility += entry[0] * entry[0] * weight(dof);
-                size += abs(entry[0]) * (abs(step[dof]) + span.step * sizes[dof]);
+                size += abs(entry[0]) * (abs(step[dof]) + span.step * sizes[dof] + shared);
             }
+            laws.moved[i] = opening;
+            // Written so that a NaN is the worst.
+            let violation = laws.violation(i, trial.multipliers[i], size);
+            if !(violation <= excess) {
+                (excess, worst) = (violation, (abs(opening), T::zero(), i));
+            }
+            if !laws.active[i] {
+                continue;
+            }
+            let yields = span.step * laws.compliance[i] * trial.multipliers[i];
+            (opening, size) = (opening + yields, size + abs(self.drift[i]) + abs(yields));
             let rate = opening / span.step;
             merit += rate * rate / mobility;
-            let (opening, tolerance) = (abs(opening), nalgebra::RealField::max(given, rounding * size));
-            // Written so that a NaN is the worst.
+            let tolerance = nalgebra::RealField::max(given, rounding * size);
+            let opening = abs(opening);
             if !(opening <= tolerance * excess) {
                 excess = opening / tolerance;
                 worst = (opening, tolerance, i);

@@ -35,12 +35,14 @@
 //! less cannot be asked for, and Newton's method reaches it a pass after any looser one.
 
 mod iteration;
+mod laws;
 mod schur;
 mod span;
 
 use nalgebra::SVector;
 
 use iteration::Method;
+use laws::Laws;
 use schur::{Schur, solve};
 use span::Iterate;
 pub(super) use span::Span;
@@ -49,7 +51,7 @@ use super::delassus::Assembler;
 use crate::linalg::{BlockRows, Factor, axpy, max_abs};
 use crate::scalar::{Scalar, epsilon, lit};
 use crate::solver::Anderson;
-use crate::system::{Dynamics, Joints};
+use crate::system::{Dynamics, Joints, RowLaw};
 
 pub(super) const ROUNDING: f64 = 64.0;
 
@@ -100,6 +102,7 @@ pub(super) struct LeftOver<T> {
 #[derive(Debug)]
 pub(super) struct Bilateral<T: Scalar> {
     count: usize,
+    laws: Laws<T>,
     /// φ(q_0), and the opening allowed where one is given.
     closed: Vec<T>,
     /// What is to be taken back of φ(q_k) − φ(q_0), and Ḡ v_{k+θ} with it.
@@ -149,6 +152,7 @@ impl<T: Scalar> Bilateral<T> {
         percussions.prepare(used);
         Self {
             count,
+            laws: Laws::new(!joints.all_held(), count),
             closed,
             drift: zeros(count),
             opening: zeros(count),
@@ -157,8 +161,8 @@ impl<T: Scalar> Bilateral<T> {
             rows: BlockRows::new(),
             end_rows: BlockRows::new(),
             assembler: Assembler::new(used, used),
-            tangent: Schur::new(count),
-            symmetric: Schur::new(count),
+            tangent: Schur::new(count, false),
+            symmetric: Schur::new(count, true),
             inverse: zeros(used),
             ratio: zeros(used),
             trial: Iterate::new(count, used),
@@ -189,8 +193,15 @@ impl<T: Scalar> Bilateral<T> {
         self.count == 0
     }
 
-    /// The first iterate of a step from q: the velocity `v`, no percussions.
-    pub(super) fn start(&mut self, system: &dyn Dynamics<T>, q: &[T], v: &[T], length: T) {
+    /// The first iterate of a step of length `step` from q at `time`: the velocity `v`, no percussions.
+    pub(super) fn start(
+        &mut self,
+        system: &dyn Dynamics<T>,
+        q: &[T],
+        v: &[T],
+        (time, step): (T, T),
+        length: T,
+    ) {
         let least = lit::<T>(ROUNDING) * epsilon::<T>() * nalgebra::RealField::max(length, max_abs(q));
         self.allowed = self.tolerance.map_or(least, |given| nalgebra::RealField::max(given, least));
         // Half of what is allowed is left alone: to correct rounding would be work of the joints.
@@ -211,6 +222,7 @@ impl<T: Scalar> Bilateral<T> {
         self.accepted.impulse.fill(T::zero());
         self.percussions.forget();
         self.has_good = false;
+        self.set_laws(system, q, v, (time, step));
     }
 
     /// Takes the free velocity without joints to the one of this pass, with them: Newton's method under the percussions of
@@ -227,19 +239,19 @@ impl<T: Scalar> Bilateral<T> {
         v_free: &mut [T],
     ) -> Result<(), usize> {
         self.unbound.copy_from_slice(v_free);
-        let mut outcome = self.iterate(system, &span, Method::Newton, mass);
-        for _ in 0..RETREATS {
-            if !self.has_good || self.is_met(&outcome) {
-                break;
+        let mut outcome = self.find(system, &span, mass);
+        if !self.laws.redundant && (outcome.is_err() || !self.is_met(&outcome)) {
+            // Joints that hold the same thing twice, here or from here on.
+            self.laws.redundant = true;
+            self.restart(span.v, mass.size());
+            let with_ridge = self.find(system, &span, mass);
+            if self.is_met(&with_ridge) {
+                outcome = with_ridge;
+            } else {
+                self.laws.redundant = false;
+                self.restart(span.v, mass.size());
+                outcome = self.find(system, &span, mass);
             }
-            // Percussions too far from those of the last pass: half the way.
-            self.retreat();
-            outcome = self.iterate(system, &span, Method::Newton, mass);
-        }
-        if !self.is_met(&outcome) {
-            self.accepted.v.copy_from_slice(span.v);
-            self.accepted.multipliers.fill(T::zero());
-            outcome = self.iterate(system, &span, Method::FixedPoint, mass);
         }
         outcome?;
         if self.left_over.excess <= lit(STAGNATION) {
@@ -253,7 +265,8 @@ impl<T: Scalar> Bilateral<T> {
             // P is that of the velocities found. What percussions do is added by `respond`, for all of them.
             self.linearise(system, &span, Method::Newton, mass);
             let (rows, inverse, column) = (&self.rows, &self.inverse[..], &mut self.work[..]);
-            self.symmetric.factor(&mut self.assembler, (rows, rows), mass, inverse, column)?;
+            let gains = (&self.laws, &span.theta);
+            self.symmetric.factor(&mut self.assembler, (rows, rows), (mass, inverse), gains, column)?;
             let mut response = std::mem::take(&mut self.step);
             response.copy_from_slice(&self.accepted.impulse);
             self.respond(mass, &mut response);
@@ -262,6 +275,39 @@ impl<T: Scalar> Bilateral<T> {
             axpy(&mut self.base, T::one(), &self.multipliers);
         }
         Ok(())
+    }
+
+    /// Newton's method from the iterate accepted, from a point half the way back to the last pass, or slower.
+    fn find(
+        &mut self,
+        system: &dyn Dynamics<T>,
+        span: &Span<'_, T, impl Fn(usize) -> T>,
+        mass: &mut Factor<T>,
+    ) -> Result<(), usize> {
+        let mut outcome = self.iterate(system, span, Method::Newton, mass);
+        for _ in 0..RETREATS {
+            if !self.has_good || self.is_met(&outcome) {
+                break;
+            }
+            // Percussions too far from those of the last pass: half the way.
+            self.retreat();
+            outcome = self.iterate(system, span, Method::Newton, mass);
+        }
+        if !self.is_met(&outcome) {
+            self.restart(span.v, mass.size());
+            outcome = self.iterate(system, span, Method::FixedPoint, mass);
+        }
+        outcome
+    }
+
+    /// The iterate accepted becomes the velocity `v`, but for what moves as told, with the multipliers that are given alone.
+    fn restart(&mut self, v: &[T], free: usize) {
+        self.accepted.v[..free].copy_from_slice(&v[..free]);
+        for (multiplier, &active) in self.accepted.multipliers.iter_mut().zip(&self.laws.active) {
+            if active {
+                *multiplier = T::zero();
+            }
+        }
     }
 
     /// Goes half the way back, in percussions, to where the joints were met last.
@@ -277,7 +323,7 @@ impl<T: Scalar> Bilateral<T> {
     pub(super) fn respond(&mut self, mass: &mut Factor<T>, x: &mut [T]) {
         solve(mass, &self.inverse, x);
         for (i, multiplier) in self.multipliers.iter_mut().enumerate() {
-            *multiplier = self.rows.velocity(i, x)[0];
+            *multiplier = if self.laws.active[i] { self.rows.velocity(i, x)[0] } else { T::zero() };
         }
         self.symmetric.solve(&mut self.multipliers);
         self.push(mass);
@@ -287,11 +333,17 @@ impl<T: Scalar> Bilateral<T> {
     /// Takes what a motion from `from` to `to`, along the joints to first order, has opened, with the rows of the step, until
     /// rounding is left or nothing is gained.
     pub(super) fn close(&mut self, system: &dyn Dynamics<T>, mass: &mut Factor<T>, from: &[T], to: &mut [T]) {
+        let theta = |_: usize| T::one();
         let mut last = T::infinity_impl();
         if !self.factored {
             let (rows, inverse, column) = (&self.rows, &self.inverse[..], &mut self.work[..]);
-            // Redundant joints have been refused by now.
-            if self.symmetric.factor(&mut self.assembler, (rows, rows), mass, inverse, column).is_err() {
+            let gains = (&self.laws, &theta);
+            // What cannot be factored has been refused by now.
+            if self
+                .symmetric
+                .factor(&mut self.assembler, (rows, rows), (mass, inverse), gains, column)
+                .is_err()
+            {
                 return;
             }
             self.factored = true;
@@ -300,7 +352,11 @@ impl<T: Scalar> Bilateral<T> {
         joints.residual(from, &mut self.drift);
         loop {
             joints.residual(to, &mut self.multipliers);
-            self.multipliers.iter_mut().zip(&self.drift).for_each(|(open, &before)| *open -= before);
+            for (row, open) in self.multipliers.iter_mut().enumerate() {
+                // Springs and motors hold no place.
+                let held = self.laws.rows[row] == RowLaw::Held;
+                *open = if held { *open - self.drift[row] } else { T::zero() };
+            }
             let open = max_abs(&self.multipliers);
             if !(open < last * lit::<T>(0.5)) {
                 return;

@@ -2,6 +2,7 @@
 
 use nalgebra::SVector;
 
+use super::laws::Laws;
 use crate::cone::BlockMatrix;
 use crate::linalg::{BlockRows, Factor, Multifrontal, SolveBuffers};
 use crate::scalar::Scalar;
@@ -12,29 +13,34 @@ use crate::scheme::delassus::Assembler;
 pub(super) struct Schur<T: Scalar> {
     matrix: BlockMatrix<T, 1>,
     values: Vec<T>,
-    active: Vec<bool>,
+    /// Whether it is the response to percussions.
+    percussions: bool,
+    /// Ridges on the diagonal.
+    pub(super) ridges: Vec<T>,
     factor: Multifrontal<T>,
     buffers: SolveBuffers<T>,
 }
 
 impl<T: Scalar> Schur<T> {
-    pub(super) fn new(rows: usize) -> Self {
+    pub(super) fn new(rows: usize, percussions: bool) -> Self {
         Self {
+            percussions,
             matrix: BlockMatrix::new(),
             values: Vec::new(),
-            active: vec![true; rows],
+            ridges: vec![T::zero(); rows],
             factor: Multifrontal::new(),
             buffers: SolveBuffers::default(),
         }
     }
 
-    /// Factors G K̂⁻¹ Ḡᵀ, K̂ diagonal where an `inverse` is given.
+    /// Factors G K̂⁻¹ Ḡᵀ over the active rows, with what their laws add to its diagonal at θ; K̂ is that of `inverse` where it
+    /// is diagonal.
     pub(super) fn factor(
         &mut self,
         assembler: &mut Assembler<T, 1>,
         (left, right): (&BlockRows<T, 1>, &BlockRows<T, 1>),
-        mass: &mut Factor<T>,
-        inverse: &[T],
+        (mass, inverse): (&mut Factor<T>, &[T]),
+        (laws, theta): (&Laws<T>, &impl Fn(usize) -> T),
         column: &mut [T],
     ) -> Result<(), usize> {
         if matches!(mass, Factor::Diagonal(_)) {
@@ -59,8 +65,21 @@ impl<T: Scalar> Schur<T> {
             }
         }
         let (starts, columns) = self.matrix.pattern();
+        if laws.any || laws.redundant {
+            for row in 0..right.rows() {
+                let columns = &columns[starts[row]..starts[row + 1]];
+                let Ok(place) = columns.binary_search(&row) else { continue };
+                let theta = theta(right.row(row).next().map_or(0, |(dof, _)| dof));
+                let entry = &mut self.values[starts[row] + place];
+                let (gain, ridge) = laws.gain(row, *entry, theta, self.percussions);
+                *entry += gain;
+                self.ridges[row] = ridge;
+            }
+        } else {
+            self.ridges.fill(T::zero());
+        }
         self.factor.analyse(starts, columns, 1).map_err(|error| error.row)?;
-        self.factor.factor(&self.values, &self.active).map_err(|error| error.node)
+        self.factor.factor(&self.values, &laws.active).map_err(|error| error.node)
     }
 
     pub(super) fn solve(&mut self, x: &mut [T]) {

@@ -2,9 +2,12 @@
 
 use nalgebra::Vector2;
 
-use super::identity::{MOST_CONTACTORS, MOST_VERTICES};
+use super::element::{Element, Stop};
+use super::identity::MOST_CONTACTORS;
 use super::joint::{Joint, JointSet, Side};
-use super::shape::{Contactor, HalfPlane, Outline, Polygon};
+use super::moved::Moved;
+use super::polygon::check_polygon;
+use super::shape::{Contactor, GROUND, HalfPlane, Outline, Polygon};
 use super::sweep::Sweep;
 use super::swept::Crossings;
 use super::{Interfaces, RigidBodies};
@@ -24,10 +27,13 @@ pub struct Body<T> {
 
 /// A body of the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct BodyId(usize);
+pub struct BodyId(pub(super) usize);
 
 impl BodyId {
-    /// Index i of the body: it owns q[3i..3i+3].
+    /// What is fixed: its frame is the fixed one, and its shapes move nowhere.
+    pub const GROUND: Self = Self(GROUND);
+
+    /// Index i of the body: it owns q[3i..3i+3], but for the [ground](Self::GROUND).
     pub fn index(self) -> usize {
         self.0
     }
@@ -35,26 +41,29 @@ impl BodyId {
 
 /// A disc or point of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ContactorId(usize);
+pub struct ContactorId(pub(super) usize);
 
 /// A group of contactors and half-planes: interfaces are declared between groups.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct GroupId(usize);
+pub struct GroupId(pub(super) usize);
 
 /// Builder of [`RigidBodies`].
 #[derive(Debug, Clone)]
 pub struct RigidBodiesBuilder<T: Scalar> {
-    bodies: Vec<(String, Body<T>)>,
-    force: Vec<T>,
-    loads: Vec<Load<T>>,
+    pub(super) bodies: Vec<(String, Body<T>)>,
+    pub(super) force: Vec<T>,
+    pub(super) loads: Vec<Load<T>>,
     /// Diagonals of K and C; empty while no body has a spring, no body a damper.
-    stiffness: Vec<T>,
-    damping: Vec<T>,
-    contactors: Vec<Contactor<T>>,
-    planes: Vec<HalfPlane<T>>,
-    groups: usize,
-    interfaces: Vec<(usize, usize)>,
-    joints: Vec<Joint<T>>,
+    pub(super) stiffness: Vec<T>,
+    pub(super) damping: Vec<T>,
+    pub(super) contactors: Vec<Contactor<T>>,
+    pub(super) planes: Vec<HalfPlane<T>>,
+    pub(super) groups: usize,
+    pub(super) interfaces: Vec<(usize, usize)>,
+    pub(super) joints: Vec<Joint<T>>,
+    pub(super) elements: Vec<Element<T>>,
+    pub(super) stops: Vec<Stop<T>>,
+    pub(super) moved: Vec<Moved<T>>,
 }
 
 impl<T: Scalar> Default for RigidBodiesBuilder<T> {
@@ -62,11 +71,27 @@ impl<T: Scalar> Default for RigidBodiesBuilder<T> {
         let (contactors, planes, interfaces) = (Vec::new(), Vec::new(), Vec::new());
         let (bodies, force, joints) = (Vec::new(), Vec::new(), Vec::new());
         let (loads, stiffness, damping) = (Vec::new(), Vec::new(), Vec::new());
-        Self { bodies, force, loads, stiffness, damping, contactors, planes, groups: 0, interfaces, joints }
+        let (elements, stops, groups) = (Vec::new(), Vec::new(), 0);
+        let moved = Vec::new();
+        Self {
+            bodies,
+            force,
+            loads,
+            stiffness,
+            damping,
+            contactors,
+            planes,
+            groups,
+            interfaces,
+            joints,
+            elements,
+            stops,
+            moved,
+        }
     }
 }
 
-fn check<T: Scalar>(
+pub(super) fn check<T: Scalar>(
     what: impl FnOnce() -> String,
     values: &[T],
     ok: impl Fn(T) -> bool,
@@ -78,82 +103,7 @@ fn check<T: Scalar>(
     }
 }
 
-/// Twice the area of the triangle (a, b, c), positive where it turns left.
-fn turn<T: Scalar>(a: &[T; 2], b: &[T; 2], c: &[T; 2]) -> T {
-    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-}
-
-/// What is wrong with a vertex of a concave outline.
-const CONCAVE: &str = "the outline is concave there, polygons are strictly convex: split it, which a scene does by \
-                       decompose = true";
-
-fn check_polygon<T: Scalar>(label: &str, vertices: &[[T; 2]]) -> Result<(), SystemError> {
-    let n = vertices.len();
-    let error = |vertex, reason| Err(SystemError::Polygon { label: label.into(), vertex, reason });
-    if !(3..=MOST_VERTICES).contains(&n) {
-        return error(n, "the number of vertices must be between 3 and 1024");
-    }
-    if let Some(vertex) = vertices.iter().position(|x| !all_finite(x)) {
-        return error(vertex, "it is not finite");
-    }
-    let turns = |i: usize| turn(&vertices[(i + n - 1) % n], &vertices[i], &vertices[(i + 1) % n]);
-    if (0..n).all(|i| turns(i) < T::zero()) {
-        return error(0, "the outline runs clockwise: give its vertices in counterclockwise order");
-    }
-    let area = (1..n - 1).fold(T::zero(), |sum, i| sum + turn(&vertices[0], &vertices[i], &vertices[i + 1]));
-    for i in 0..n {
-        let [at, after] = [i, (i + 1) % n].map(|k| &vertices[k]);
-        if turns(i) == T::zero() {
-            return error(i, "the outline is straight there: leave the vertex out");
-        }
-        if !(turns(i) > T::zero()) {
-            return error(i, if area > T::zero() { CONCAVE } else { "the outline must turn left there" });
-        }
-        // Turning left everywhere could still mean turning round twice.
-        if (1..n - 1).contains(&i) && !(turn(&vertices[0], at, after) > T::zero()) {
-            return error(i, "the outline winds more than once");
-        }
-    }
-    Ok(())
-}
-
-/// Mass (density × area) and inertia of a homogeneous polygon, strictly convex and counterclockwise, and its vertices
-/// from its centre of mass, with that centre: (body, vertices, centre).
-///
-/// # Errors
-/// [`SystemError::Polygon`], [`SystemError::OutOfRange`] for a density (kg/m²) that is not positive.
-#[expect(clippy::type_complexity)]
-pub fn polygon_body<T: Scalar>(
-    density: T,
-    vertices: &[[T; 2]],
-) -> Result<(Body<T>, Vec<[T; 2]>, [T; 2]), SystemError> {
-    check_polygon("polygon", vertices)?;
-    check(|| "density".into(), &[density], |x| x > T::zero(), "finite and > 0")?;
-    // Triangles fanned from the first vertex: area A, centroid of each, and their second moments.
-    let (mut area, mut first) = (T::zero(), Vector2::zeros());
-    let origin = Vector2::from(vertices[0]);
-    let fan = || {
-        vertices[1..].windows(2).map(|pair| {
-            let (a, b) = (Vector2::from(pair[0]) - origin, Vector2::from(pair[1]) - origin);
-            ((a.x * b.y - a.y * b.x) * lit::<T>(0.5), a, b)
-        })
-    };
-    for (part, a, b) in fan() {
-        area += part;
-        first += (a + b) * (part / lit::<T>(3.0));
-    }
-    let centre = first / area;
-    // ∫ r² over a triangle with a vertex at the origin: A/6 (a² + a·b + b²).
-    let second = fan().fold(T::zero(), |sum, (part, a, b)| {
-        sum + part * (a.norm_squared() + a.dot(&b) + b.norm_squared()) / lit::<T>(6.0)
-    });
-    let body = Body { mass: density * area, inertia: density * (second - area * centre.norm_squared()) };
-    let centre = centre + origin;
-    let vertices = vertices.iter().map(|x| [x[0] - centre.x, x[1] - centre.y]).collect();
-    Ok((body, vertices, centre.into()))
-}
-
-fn known(what: &'static str, index: usize, count: usize) -> Result<usize, SystemError> {
+pub(super) fn known(what: &'static str, index: usize, count: usize) -> Result<usize, SystemError> {
     if index < count { Ok(index) } else { Err(SystemError::Unknown { what, index, count }) }
 }
 
@@ -174,6 +124,10 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         let positive = |x| x > T::zero();
         check(|| format!("mass of `{name}`"), &[body.mass], positive, "finite and > 0")?;
         check(|| format!("inertia of `{name}`"), &[body.inertia], positive, "finite and > 0")?;
+        if !self.moved.is_empty() {
+            let (what, value) = (format!("place of body `{name}`"), self.bodies.len() as f64);
+            return Err(SystemError::OutOfRange { what, value, range: "before those that move as told" });
+        }
         self.bodies.push((name.into(), body));
         self.force.extend([T::zero(); 3]);
         Ok(BodyId(self.bodies.len() - 1))
@@ -266,7 +220,8 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         GroupId(self.groups - 1)
     }
 
-    /// Adds a disc of radius `radius` ≥ 0 (m), a point if 0, centred at `centre` (m) in the frame of the body.
+    /// Adds a disc of radius `radius` ≥ 0 (m), a point if 0, centred at `centre` (m) in the frame of the body, or of the
+    /// [ground](BodyId::GROUND).
     ///
     /// # Errors
     /// [`SystemError::OutOfRange`], [`SystemError::Unknown`].
@@ -278,13 +233,26 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         radius: T,
         group: GroupId,
     ) -> Result<ContactorId, SystemError> {
-        let body = known("body", body.0, self.bodies.len())?;
+        let body = self.owner(body)?;
         let group = known("group", group.0, self.groups)?;
         check(|| format!("radius of `{label}`"), &[radius], |x| x >= T::zero(), "finite and ≥ 0")?;
         check(|| format!("centre of `{label}`"), &centre, |_| true, "finite")?;
         let (label, centre) = (label.into(), Vector2::from(centre));
-        self.contactors.push(Contactor { label, body, centre, radius, outline: Outline::Disc, group });
+        self.contactors.push(Contactor {
+            label,
+            body,
+            centre,
+            radius,
+            outline: Outline::Disc,
+            window: None,
+            group,
+        });
         Ok(ContactorId(self.contactors.len() - 1))
+    }
+
+    /// The body a shape is added to, or the ground.
+    pub(super) fn owner(&self, body: BodyId) -> Result<usize, SystemError> {
+        if body == BodyId::GROUND { Ok(GROUND) } else { known("body", body.0, self.bodies.len()) }
     }
 
     /// Adds a strictly convex polygon with `vertices` (m) in the frame of the body, from its centre of mass, in
@@ -300,7 +268,7 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         vertices: &[[T; 2]],
         group: GroupId,
     ) -> Result<ContactorId, SystemError> {
-        let body = known("body", body.0, self.bodies.len())?;
+        let body = self.owner(body)?;
         let group = known("group", group.0, self.groups)?;
         check_polygon(label, vertices)?;
         let vertices: Vec<Vector2<T>> = vertices.iter().map(|&x| x.into()).collect();
@@ -310,7 +278,15 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         let larger = nalgebra::RealField::max;
         let radius = vertices.iter().fold(T::zero(), |r, x| larger(r, (x - centre).norm()));
         let outline = Outline::Polygon(Polygon::new(vertices));
-        self.contactors.push(Contactor { label: label.into(), body, centre, radius, outline, group });
+        self.contactors.push(Contactor {
+            label: label.into(),
+            body,
+            centre,
+            radius,
+            outline,
+            window: None,
+            group,
+        });
         Ok(ContactorId(self.contactors.len() - 1))
     }
 
@@ -354,9 +330,16 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         angle: Option<T>,
     ) -> Result<(), SystemError> {
         let body = known("body", body.0, self.bodies.len())?;
+        let other = other.filter(|&other| other != BodyId::GROUND);
         let other = other.map(|other| known("body", other.0, self.bodies.len())).transpose()?;
         let numbers = [at[0], at[1], on[0], on[1], angle.unwrap_or_else(T::zero)];
         check(|| format!("point or angle of joint `{label}`"), &numbers, |_| true, "finite")?;
+        let free = self.bodies.len() - self.moved.len();
+        if body >= free && other.is_none_or(|other| other >= free) {
+            let (what, range) =
+                (format!("body of joint `{label}`"), "one that moves under forces, or its other is");
+            return Err(SystemError::OutOfRange { what, value: body as f64, range });
+        }
         if other == Some(body) {
             let value = body as f64;
             let what = format!("other body of joint `{label}`");
@@ -379,6 +362,26 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         normal: [T; 2],
         group: GroupId,
     ) -> Result<(), SystemError> {
+        self.half_plane_of(label, BodyId::GROUND, point, normal, group)
+    }
+
+    /// As [`half_plane`](Self::half_plane), in the frame of a body that moves as told, or of the ground.
+    ///
+    /// # Errors
+    /// As there, and [`SystemError::OutOfRange`] for a body that moves under forces.
+    pub fn half_plane_of(
+        &mut self,
+        label: &str,
+        body: BodyId,
+        point: [T; 2],
+        normal: [T; 2],
+        group: GroupId,
+    ) -> Result<(), SystemError> {
+        let body = self.owner(body)?;
+        if body < self.bodies.len() - self.moved.len() {
+            let (what, range) = (format!("body of half-plane `{label}`"), "one that moves as told");
+            return Err(SystemError::OutOfRange { what, value: body as f64, range });
+        }
         let group = known("group", group.0, self.groups)?;
         check(|| format!("point of `{label}`"), &point, |_| true, "finite")?;
         let normal = Vector2::from(normal);
@@ -387,7 +390,7 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         check(|| format!("length of the normal of `{label}`"), &length, |x| x > T::zero(), range)?;
         let normal = normal / length[0];
         let distance = normal.dot(&Vector2::from(point));
-        self.planes.push(HalfPlane { label: label.into(), normal, distance, group });
+        self.planes.push(HalfPlane { label: label.into(), body, normal, distance, group });
         Ok(())
     }
 
@@ -424,6 +427,8 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         }
         let diagonal: Vec<T> = self.bodies.iter().flat_map(|(_, b)| [b.mass, b.mass, b.inertia]).collect();
         let dofs = diagonal.len();
+        let free = self.bodies.len() - self.moved.len();
+        let prescribed = Moved::prescribed(3 * free, self.moved)?;
         let interfaces = Interfaces::new(self.groups, &self.interfaces);
         // Only contactors of groups that meet other contactors are swept.
         let meets = |group: usize| {
@@ -453,7 +458,11 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
             planes: self.planes,
             interfaces,
             sweep,
-            joints: JointSet::new(self.joints),
+            joints: JointSet::new(self.joints, self.elements),
+            stops: self.stops,
+            still: vec![T::zero(); dofs],
+            free,
+            prescribed,
         })
     }
 }

@@ -24,6 +24,8 @@ pub(super) enum Pair {
     },
     /// Disc against disc.
     Discs(usize, usize),
+    /// A limit of a joint.
+    Stop(usize),
     /// Polygon `a` against the polygon or the disc `b`.
     Features {
         /// Contactor, a polygon.
@@ -55,6 +57,8 @@ pub(super) const MOST_CONTACTORS: usize = 1 << 20;
 pub(super) const MOST_VERTICES: usize = 1 << 10;
 
 const CORNER: u64 = 1 << 62;
+/// A corner has no such bit.
+const STOP: u64 = CORNER | 1 << 61;
 const DISCS: u64 = 2 << 62;
 const FEATURES: u64 = 3 << 62;
 
@@ -66,6 +70,7 @@ impl Pair {
             Self::Corner { polygon, plane, vertex } => {
                 CORNER | (polygon as u64) << 30 | (plane as u64) << 10 | vertex as u64
             }
+            Self::Stop(stop) => STOP | stop as u64,
             Self::Discs(a, b) => DISCS | wide(a, b),
             Self::Features { a, b, features } => {
                 let (kind, vertex, edge) = match features {
@@ -84,6 +89,7 @@ impl Pair {
         let bits = |from: u32, count: u32| (id.number() >> from & ((1 << count) - 1)) as usize;
         match id.number() & FEATURES {
             0 => Self::Plane { disc: bits(31, 31), plane: bits(0, 31) },
+            CORNER if id.number() & STOP == STOP => Self::Stop(bits(0, 61)),
             CORNER => Self::Corner { polygon: bits(30, 20), plane: bits(10, 20), vertex: bits(0, 10) },
             DISCS => Self::Discs(bits(31, 31), bits(0, 31)),
             _ => {
@@ -113,6 +119,8 @@ mod tests {
             Pair::Corner { polygon: most, plane: 0, vertex: last },
             Pair::Corner { polygon: 5, plane: most, vertex: 7 },
             Pair::Discs(4, (1 << 31) - 1),
+            Pair::Stop(0),
+            Pair::Stop((1 << 61) - 1),
         ];
         let features = [
             Features::VertexEdge(last, 3),

@@ -1,4 +1,4 @@
-//! Joints between planar bodies: pins and welds.
+//! Joints between planar bodies: pins and welds, and the rows of sliders, springs, motors and friction.
 //!
 //! A pin holds a point of one body on a point of another, φ(q) = x_a + R(γ_a) ā − x_b − R(γ_b) b̄ = 0; a weld holds
 //! the relative angle as well. Its rows Ḡ are the discrete derivative of φ: over a step s, as
@@ -12,9 +12,10 @@
 
 use nalgebra::{SVector, Vector1, Vector2};
 
+use super::element::{Acts, Element};
 use crate::linalg::BlockRows;
 use crate::scalar::{Scalar, lit};
-use crate::system::Joints;
+use crate::system::{Joints, RowLaw};
 
 /// A joint of the scene.
 #[derive(Debug, Clone)]
@@ -35,25 +36,25 @@ pub(super) struct Side<T> {
 }
 
 /// R(γ) x.
-fn turned<T: Scalar>(x: &Vector2<T>, angle: T) -> Vector2<T> {
+pub(super) fn turned<T: Scalar>(x: &Vector2<T>, angle: T) -> Vector2<T> {
     let (sin, cos) = nalgebra::ComplexField::sin_cos(angle);
     Vector2::new(cos * x.x - sin * x.y, sin * x.x + cos * x.y)
 }
 
 impl<T: Scalar> Side<T> {
-    fn position(&self, q: &[T]) -> Vector2<T> {
+    pub(super) fn position(&self, q: &[T]) -> Vector2<T> {
         match self.body {
             None => self.point,
             Some(body) => Vector2::new(q[3 * body], q[3 * body + 1]) + turned(&self.point, q[3 * body + 2]),
         }
     }
 
-    fn angle(&self, q: &[T]) -> T {
+    pub(super) fn angle(&self, q: &[T]) -> T {
         self.body.map_or_else(T::zero, |body| q[3 * body + 2])
     }
 
     /// The mean lever arm over a turn from γ to γ + `turn`.
-    fn mean_arm(&self, angle: T, turn: T) -> Vector2<T> {
+    pub(super) fn mean_arm(&self, angle: T, turn: T) -> Vector2<T> {
         let half = turn * lit::<T>(0.5);
         let middle = turned(&self.point, angle + half);
         // sin x / x = 1 − x²/6 + …: below √ε the quotient is 1 to rounding.
@@ -129,24 +130,26 @@ impl<T: Scalar> Joint<T> {
     }
 }
 
-/// The joints of a scene, their rows one after another.
+/// The joints of a scene, their rows one after another: pins and welds, then elements.
 #[derive(Debug)]
 pub(super) struct JointSet<T> {
     joints: Vec<Joint<T>>,
-    rows: usize,
+    elements: Vec<Element<T>>,
+    /// Rows of pins and welds.
+    pinned: usize,
 }
 
 impl<T: Scalar> JointSet<T> {
-    pub(super) fn new(joints: Vec<Joint<T>>) -> Self {
-        let rows = joints.iter().map(Joint::rows).sum();
-        Self { joints, rows }
+    pub(super) fn new(joints: Vec<Joint<T>>, elements: Vec<Element<T>>) -> Self {
+        let pinned = joints.iter().map(Joint::rows).sum();
+        Self { joints, elements, pinned }
     }
 
     pub(super) fn is_empty(&self) -> bool {
-        self.joints.is_empty()
+        self.joints.is_empty() && self.elements.is_empty()
     }
 
-    /// The joints with their rows.
+    /// The pins and welds with their rows.
     fn with_rows(&self) -> impl Iterator<Item = (&Joint<T>, std::ops::Range<usize>)> {
         self.joints.iter().scan(0, |first, joint| {
             let rows = *first..*first + joint.rows();
@@ -154,30 +157,56 @@ impl<T: Scalar> JointSet<T> {
             Some((joint, rows))
         })
     }
+
+    fn element(&self, row: usize) -> Option<&Element<T>> {
+        row.checked_sub(self.pinned).and_then(|i| self.elements.get(i))
+    }
 }
 
 impl<T: Scalar> Joints<T> for JointSet<T> {
     fn rows(&self) -> usize {
-        self.rows
+        self.pinned + self.elements.len()
     }
 
     fn moves(&self) -> bool {
-        self.joints.iter().any(|joint| joint.angle.is_none() || joint.b.body.is_some())
+        !self.elements.is_empty()
+            || self.joints.iter().any(|joint| joint.angle.is_none() || joint.b.body.is_some())
     }
 
     fn residual(&self, q: &[T], out: &mut [T]) {
         self.with_rows().for_each(|(joint, rows)| joint.residual(q, &mut out[rows]));
+        let of_elements = out[self.pinned..].iter_mut().zip(&self.elements);
+        of_elements.for_each(|(out, element)| *out = element.residual(q));
     }
 
     fn jacobian(&self, q: &[T], s: &[T], out: &mut BlockRows<T, 1>) {
         self.joints.iter().for_each(|joint| joint.jacobian(q, s, out));
+        for element in &self.elements {
+            out.start_row();
+            element.measure.row(q, s, |dof, entry| out.push(dof, Vector1::new(entry)));
+        }
     }
 
     fn curvature(&self, q: &[T], s: &[T], multipliers: &[T], out: &mut [T]) {
         self.with_rows().for_each(|(joint, rows)| joint.curvature(q, s, &multipliers[rows], out));
     }
 
+    fn law(&self, row: usize, q: &[T], time: T, step: T) -> RowLaw<T> {
+        self.element(row).map_or(RowLaw::Held, |element| element.law(q, time, step))
+    }
+
+    fn all_held(&self) -> bool {
+        self.elements.iter().all(|element| matches!(element.acts, Acts::Holds { .. }))
+    }
+
+    fn energy(&self, q: &[T]) -> T {
+        self.elements.iter().fold(T::zero(), |sum, element| sum + element.energy(q))
+    }
+
     fn label(&self, row: usize) -> String {
+        if let Some(element) = self.element(row) {
+            return element.label.clone();
+        }
         let found = self.with_rows().find(|(_, rows)| rows.contains(&row));
         found.map_or_else(|| row.to_string(), |(joint, _)| joint.label.clone())
     }

@@ -1,10 +1,17 @@
-//! Planar rigid bodies (x, y, angle) of points, discs and convex polygons against fixed half-planes and each other,
-//! held together by joints.
+//! Planar rigid bodies (x, y, angle) of points, discs, arcs and convex polygons against half-planes, fixed shapes and each
+//! other, held together by joints.
 
 mod builder;
+mod curves;
+mod element;
 mod identity;
 mod joint;
+mod measure;
+mod moved;
 mod narrow;
+mod polygon;
+mod relative;
+mod round;
 mod seams;
 mod shape;
 mod sweep;
@@ -12,16 +19,20 @@ mod swept;
 
 use nalgebra::{SVector, Vector2};
 
-pub use builder::{Body, BodyId, ContactorId, GroupId, RigidBodiesBuilder, polygon_body};
+pub use builder::{Body, BodyId, ContactorId, GroupId, RigidBodiesBuilder};
+pub use curves::RoundSide;
+pub use polygon::polygon_body;
+pub use relative::Relative;
 
-use super::{Contacts, Describe, Dynamics, Forces, Joints, Scales};
+use super::{Contacts, Describe, Dynamics, Forces, Joints, Prescribed, Scales};
 use crate::contact::{Candidate, ContactId};
 use crate::linalg::{BlockRows, Symmetric, max_abs};
-use crate::scalar::{Scalar, lit};
+use crate::scalar::Scalar;
+use element::Stop;
 use identity::{Features, Pair};
 use joint::JointSet;
 use seams::Touch;
-use shape::{Contactor, HalfPlane, Pose};
+use shape::{Contactor, GROUND, HalfPlane, Pose};
 use sweep::Sweep;
 use swept::Crossings;
 
@@ -70,6 +81,12 @@ pub struct RigidBodies<T: Scalar> {
     ghosts: Vec<usize>,
     crossings: Crossings<T>,
     joints: JointSet<T>,
+    stops: Vec<Stop<T>>,
+    /// Bodies that move under forces, the first ones, and how the others move.
+    free: usize,
+    prescribed: Option<Prescribed<T>>,
+    /// No motion.
+    still: Vec<T>,
 }
 
 impl<T: Scalar> RigidBodies<T> {
@@ -81,26 +98,30 @@ impl<T: Scalar> RigidBodies<T> {
     /// Candidates with half-planes of the bodies that do not sleep; `asleep` is empty where none does.
     fn plane_candidates(&self, q: &[T], reach: T, asleep: &[bool], out: &mut Vec<Candidate<T>>) {
         for (i, contactor) in self.contactors.iter().enumerate() {
-            if asleep.get(contactor.body) == Some(&true) {
+            if asleep.get(contactor.body) == Some(&true) || !self.is_free(contactor.body) {
                 continue;
             }
             let mut centre = None;
             for (j, plane) in self.planes.iter().enumerate() {
                 let Some(interface) = self.interfaces.between(contactor.group, plane.group) else { continue };
                 let centre = centre.get_or_insert_with(|| contactor.position(q));
-                let gap = plane.normal.dot(centre) - plane.distance - contactor.radius;
+                let (normal, distance) = plane.placed(q);
+                let gap = normal.dot(centre) - distance - contactor.radius;
                 if gap > reach {
                     continue;
                 }
                 match contactor.polygon() {
                     None => {
+                        if contactor.is_hollow() || !contactor.shows(&-normal, q) {
+                            continue;
+                        }
                         let id = Pair::Plane { disc: i, plane: j }.id();
                         out.push(Candidate { id, interface, gap });
                     }
                     Some(polygon) => {
                         let pose = Pose::of(contactor.body, q);
                         for (vertex, x) in polygon.vertices.iter().enumerate() {
-                            let gap = plane.normal.dot(&pose.place(x)) - plane.distance;
+                            let gap = normal.dot(&pose.place(x)) - distance;
                             if !(gap > reach) {
                                 let id = Pair::Corner { polygon: i, plane: j, vertex }.id();
                                 out.push(Candidate { id, interface, gap });
@@ -118,12 +139,16 @@ impl<T: Scalar> RigidBodies<T> {
             return;
         }
         let first = out.len();
-        let Self { contactors, interfaces, sweep, .. } = self;
+        let Self { contactors, interfaces, sweep, free: bodies, .. } = self;
         sweep.update(|i| (contactors[i].position(q), contactors[i].radius));
         sweep.for_each_near_pair(reach, |i, j, (x, y)| {
             let (one, other) = (&contactors[i], &contactors[j]);
-            let sleeps = |body: usize| asleep.get(body) == Some(&true);
+            let sleeps = |body: usize| body == GROUND || asleep.get(body) == Some(&true);
+            let free = |body: usize| body < *bodies;
             if one.body == other.body || sleeps(one.body) && sleeps(other.body) {
+                return;
+            }
+            if !free(one.body) && !free(other.body) {
                 return;
             }
             let Some(interface) = interfaces.between(one.group, other.group) else { return };
@@ -136,9 +161,13 @@ impl<T: Scalar> RigidBodies<T> {
                     out.push(Candidate { id: pair.id(), interface, gap });
                 }
             };
+            if one.is_round() && other.is_round() || one.is_hollow() || other.is_hollow() {
+                round::contacts((i, one), (j, other), (x, y), q, meet);
+                return;
+            }
             let poses = || (Pose::of(one.body, q), Pose::of(other.body, q));
             match (one.polygon(), other.polygon()) {
-                (None, None) => meet(Pair::Discs(i, j), circles),
+                (None, None) => {}
                 (Some(a), Some(b)) => {
                     let (at, bt) = poses();
                     let size = one.radius + other.radius;
@@ -148,11 +177,15 @@ impl<T: Scalar> RigidBodies<T> {
                 }
                 (Some(a), None) => {
                     let (features, gap) = narrow::disc((a, &poses().0), &y, other.radius);
-                    meet(Pair::Features { a: i, b: j, features }, gap);
+                    if round::shows((a, &poses().0), (other, &y), features, q) {
+                        meet(Pair::Features { a: i, b: j, features }, gap);
+                    }
                 }
                 (None, Some(b)) => {
                     let (features, gap) = narrow::disc((b, &poses().1), &x, one.radius);
-                    meet(Pair::Features { a: j, b: i, features }, gap);
+                    if round::shows((b, &poses().1), (one, &x), features, q) {
+                        meet(Pair::Features { a: j, b: i, features }, gap);
+                    }
                 }
             }
         });
@@ -179,8 +212,10 @@ impl<T: Scalar> RigidBodies<T> {
         match pair {
             Pair::Discs(i, j) => {
                 let (one, other) = (&self.contactors[i], &self.contactors[j]);
-                let normal = direction(one.position(q) - other.position(q), Vector2::y);
-                let arms = (one.lever(q) - normal * one.radius, other.lever(q) + normal * other.radius);
+                let between = direction(one.position(q) - other.position(q), Vector2::y);
+                let normal = between * round::sign(one, other);
+                let arms =
+                    (one.lever(q) - normal * one.curvature(), other.lever(q) + normal * other.curvature());
                 ([(one.body, arms.0), (other.body, arms.1)], normal)
             }
             Pair::Features { a, b, features: Features::VertexEdge(v, edge) } => {
@@ -197,10 +232,13 @@ impl<T: Scalar> RigidBodies<T> {
             Pair::Features { a, b, features: Features::VertexDisc(v) } => {
                 let disc = &self.contactors[b];
                 let between = disc.position(q) - pose(a).place(&vertex(a, v));
-                let normal = direction(between, || normal(a, v));
-                at(b, a, disc.lever(q) - normal * disc.radius, normal)
+                let outside = if disc.is_hollow() { -T::one() } else { T::one() };
+                let normal = direction(between, || normal(a, v)) * outside;
+                at(b, a, disc.lever(q) - normal * disc.curvature(), normal)
             }
-            Pair::Plane { .. } | Pair::Corner { .. } => unreachable!("a half-plane is no body"),
+            Pair::Plane { .. } | Pair::Corner { .. } | Pair::Stop(_) => {
+                unreachable!("half-planes and stops are no bodies")
+            }
         }
     }
 }
@@ -212,7 +250,7 @@ fn direction<T: Scalar>(x: Vector2<T>, otherwise: impl FnOnce() -> Vector2<T>) -
 }
 
 /// The columns of one body in H: u = frame·(v + ω × arm), for a contact at `arm` from its centre of mass; where D = 3 the
-/// third row is the rotation ω.
+/// third row is the rotation ω. What is fixed has none.
 #[inline]
 fn push_body<T: Scalar, const D: usize>(
     out: &mut BlockRows<T, D>,
@@ -222,6 +260,9 @@ fn push_body<T: Scalar, const D: usize>(
     arm: &Vector2<T>,
 ) {
     const { assert!(D <= 3, "planar bodies have contacts of dimension 1, 2, or 3 where they roll") };
+    if body == GROUND {
+        return;
+    }
     let tangent = Vector2::new(normal.y, -normal.x);
     let spin = Vector2::new(-arm.y, arm.x);
     let column = |direction: &Vector2<T>, turns: T| {
@@ -263,6 +304,10 @@ impl<T: Scalar> Dynamics<T> for RigidBodies<T> {
         (!self.joints.is_empty()).then_some(&self.joints)
     }
 
+    fn prescribed(&self) -> Option<&Prescribed<T>> {
+        self.prescribed.as_ref()
+    }
+
     fn turns(&self, dof: usize) -> bool {
         dof % 3 == 2
     }
@@ -270,11 +315,13 @@ impl<T: Scalar> Dynamics<T> for RigidBodies<T> {
     fn scales(&self, q: &[T], v: &[T]) -> Scales<T> {
         let positive = |x: T, other: T| if x > T::zero() { x } else { other };
         let larger = nalgebra::RealField::max;
-        let size = self.contactors.iter().fold(T::zero(), |l, c| larger(l, c.centre.norm() + c.radius));
+        let moving = self.contactors.iter().filter(|contactor| contactor.body != GROUND);
+        let size = moving.fold(T::zero(), |l, c| larger(l, c.centre.norm() + c.radius));
         let length = positive(size, positive(max_abs(q), T::one()));
         let mut weight = self.forces.constant_part().to_vec();
         if let Symmetric::Diagonal(mass) = &self.mass {
-            weight.iter_mut().zip(mass).for_each(|(f, &m)| *f /= m);
+            let massive = weight.iter_mut().zip(mass).filter(|&(_, &m)| m > T::zero());
+            massive.for_each(|(f, &m)| *f /= m);
         }
         let mut speed = T::zero();
         for (v, a) in v.chunks_exact(3).zip(weight.chunks_exact(3)) {
@@ -292,11 +339,13 @@ impl<T: Scalar, const D: usize> Contacts<T, D> for RigidBodies<T> {
     }
 
     fn candidates(&mut self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>) {
+        self.stop_candidates(q, reach, out);
         self.plane_candidates(q, reach, &[], out);
         self.pair_candidates(q, reach, &[], out);
     }
 
     fn awake_candidates(&mut self, q: &[T], reach: T, asleep: &[bool], out: &mut Vec<Candidate<T>>) {
+        self.stop_candidates(q, reach, out);
         self.plane_candidates(q, reach, asleep, out);
         self.pair_candidates(q, reach, asleep, out);
     }
@@ -317,14 +366,24 @@ impl<T: Scalar, const D: usize> Contacts<T, D> for RigidBodies<T> {
         match Pair::of(contact) {
             Pair::Plane { disc, plane } => {
                 let (contactor, plane) = (&self.contactors[disc], &self.planes[plane]);
-                let arm = contactor.lever(q) - plane.normal * contactor.radius;
-                push_body(out, contactor.body, T::one(), &plane.normal, &arm);
+                let normal = plane.placed(q).0;
+                let arm = contactor.lever(q) - normal * contactor.radius;
+                push_body(out, contactor.body, T::one(), &normal, &arm);
+                self.push_plane(out, plane.body, &normal, (contactor.body, &arm), q);
             }
             Pair::Corner { polygon, plane, vertex } => {
                 let (contactor, plane) = (&self.contactors[polygon], &self.planes[plane]);
                 let Some(polygon) = contactor.polygon() else { return };
+                let normal = plane.placed(q).0;
                 let arm = Pose::of(contactor.body, q).turn(&polygon.vertices[vertex]);
-                push_body(out, contactor.body, T::one(), &plane.normal, &arm);
+                push_body(out, contactor.body, T::one(), &normal, &arm);
+                self.push_plane(out, plane.body, &normal, (contactor.body, &arm), q);
+            }
+            Pair::Stop(i) => {
+                let stop = &self.stops[i];
+                let at = |row: usize, x: T| if row == 0 { stop.sign * x } else { T::zero() };
+                stop.measure
+                    .row(q, &self.still, |dof, x| out.push(dof, SVector::from_fn(|row, _| at(row, x))));
             }
             pair => {
                 let ([(one, arm), (other, other_arm)], normal) = self.sides(pair, q);
@@ -344,17 +403,20 @@ impl<T: Scalar, const D: usize> Contacts<T, D> for RigidBodies<T> {
         match Pair::of(contact) {
             Pair::Plane { disc, plane } => {
                 let (contactor, plane) = (&self.contactors[disc], &self.planes[plane]);
-                plane.normal.dot(&contactor.position(q)) - plane.distance - contactor.radius
+                let (normal, distance) = plane.placed(q);
+                normal.dot(&contactor.position(q)) - distance - contactor.radius
             }
             Pair::Corner { polygon, plane, vertex } => {
                 let (Some((polygon, at)), plane) = (outline(polygon), &self.planes[plane]) else {
                     return T::zero();
                 };
-                plane.normal.dot(&at.place(&polygon.vertices[vertex])) - plane.distance
+                let (normal, distance) = plane.placed(q);
+                normal.dot(&at.place(&polygon.vertices[vertex])) - distance
             }
+            Pair::Stop(i) => self.stops[i].gap(q),
             Pair::Discs(i, j) => {
                 let (one, other) = (&self.contactors[i], &self.contactors[j]);
-                (one.position(q) - other.position(q)).norm() - one.radius - other.radius
+                round::gap(one, other, &(one.position(q) - other.position(q)))
             }
             Pair::Features { a, b, features: Features::VertexEdge(vertex, edge) } => {
                 on_edge(a, vertex, b, edge)
@@ -367,9 +429,12 @@ impl<T: Scalar, const D: usize> Contacts<T, D> for RigidBodies<T> {
                 let apart = disc.position(q) - at.place(&polygon.vertices[i]);
                 let on_vertex =
                     matches!(Pair::of(contact), Pair::Features { features: Features::VertexDisc(_), .. });
-                let distance =
-                    if on_vertex { apart.norm() } else { at.turn(&polygon.normals[i]).dot(&apart) };
-                distance - disc.radius
+                let distance = match on_vertex {
+                    true if disc.is_hollow() => -apart.norm(),
+                    true => apart.norm(),
+                    false => at.turn(&polygon.normals[i]).dot(&apart),
+                };
+                distance - disc.curvature()
             }
         }
     }
@@ -377,22 +442,7 @@ impl<T: Scalar, const D: usize> Contacts<T, D> for RigidBodies<T> {
 
 impl<T: Scalar> Describe<T> for RigidBodies<T> {
     fn outlines(&self, q: &[T], sides: usize) -> Vec<Vec<[T; 2]>> {
-        let outline = |contactor: &Contactor<T>| -> Vec<[T; 2]> {
-            let pose = Pose::of(contactor.body, q);
-            let mut points: Vec<[T; 2]> = match contactor.polygon() {
-                Some(polygon) => polygon.vertices.iter().map(|x| pose.place(x).into()).collect(),
-                None if contactor.radius == T::zero() => return vec![contactor.position(q).into()],
-                None => (0..sides)
-                    .map(|i| {
-                        let angle = lit::<T>(std::f64::consts::TAU * i as f64 / sides as f64);
-                        let (sin, cos) = nalgebra::ComplexField::sin_cos(angle);
-                        pose.place(&(contactor.centre + Vector2::new(cos, sin) * contactor.radius)).into()
-                    })
-                    .collect(),
-            };
-            points.extend(points.first().copied());
-            points
-        };
+        let outline = |contactor: &Contactor<T>| contactor.points(sides, q);
         self.contactors.iter().map(outline).collect()
     }
 
@@ -411,6 +461,7 @@ impl<T: Scalar> Describe<T> for RigidBodies<T> {
             Pair::Corner { polygon, plane, vertex } => {
                 format!("{}/{vertex}|{}", label(polygon), self.planes[plane].label)
             }
+            Pair::Stop(i) => self.stops[i].label.clone(),
             Pair::Discs(i, j) => format!("{}|{}", label(i), label(j)),
             Pair::Features { a, b, features } => match features {
                 Features::VertexEdge(vertex, edge) => format!("{}/{vertex}|{}/{edge}", label(a), label(b)),

@@ -85,6 +85,9 @@ impl<T: Scalar> RigidBodies<T> {
     /// Both sides of a candidate, where the other side is a polygon.
     fn push_touches(&self, candidate: usize, pair: Pair, q: &[T], out: &mut Vec<Touch<T>>) {
         let Pair::Features { a, b, features } = pair else { return };
+        if self.contactors[b].is_hollow() {
+            return;
+        }
         let ([(one, arm), (other, other_arm)], normal) = self.sides(pair, q);
         let (first, second, on) = match features {
             Features::VertexEdge(..) => (a, b, On::Else),

@@ -1,4 +1,4 @@
-//! Outlines of contactors: discs, points and convex polygons.
+//! Outlines of contactors: discs, points, arcs, convex polygons, and circles seen from inside.
 
 use nalgebra::Vector2;
 
@@ -15,16 +15,32 @@ pub(super) struct Contactor<T> {
     /// Radius of the bounding circle.
     pub(super) radius: T,
     pub(super) outline: Outline<T>,
+    /// The part of a circle that is there; all of it where absent.
+    pub(super) window: Option<Window<T>>,
     pub(super) group: usize,
 }
+
+/// The body of shapes that are fixed: it has no degree of freedom.
+pub(super) const GROUND: usize = usize::MAX;
 
 /// The boundary of a contactor.
 #[derive(Debug, Clone)]
 pub(super) enum Outline<T> {
     /// The bounding circle itself; a contact point is a disc of radius 0.
     Disc,
+    /// A circle of this radius that others are inside of; the bounding circle reaches as far behind it.
+    Hollow(T),
     /// A strictly convex polygon, counterclockwise, in the frame of the body.
     Polygon(Polygon<T>),
+}
+
+/// An arc of a circle: the directions from its centre within some angle of a middle one.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Window<T> {
+    /// Unit vector in the frame of the body.
+    pub(super) middle: Vector2<T>,
+    /// Cosine of half the opening.
+    pub(super) least: T,
 }
 
 /// Vertices, and the outward normal of the edge that starts at each.
@@ -56,6 +72,9 @@ pub(super) struct Pose<T> {
 impl<T: Scalar> Pose<T> {
     #[inline]
     pub(super) fn of(body: usize, q: &[T]) -> Self {
+        if body == GROUND {
+            return Self { origin: Vector2::zeros(), sin: T::zero(), cos: T::one() };
+        }
         let (sin, cos) = nalgebra::ComplexField::sin_cos(q[3 * body + 2]);
         Self { origin: Vector2::new(q[3 * body], q[3 * body + 1]), sin, cos }
     }
@@ -84,7 +103,7 @@ impl<T: Scalar> Contactor<T> {
     #[inline]
     pub(super) fn lever(&self, q: &[T]) -> Vector2<T> {
         let c = self.centre;
-        if c.x == T::zero() && c.y == T::zero() {
+        if self.body == GROUND || c.x == T::zero() && c.y == T::zero() {
             return c;
         }
         Pose::of(self.body, q).turn(&c)
@@ -93,6 +112,9 @@ impl<T: Scalar> Contactor<T> {
     /// Centre in the fixed frame.
     #[inline]
     pub(super) fn position(&self, q: &[T]) -> Vector2<T> {
+        if self.body == GROUND {
+            return self.centre;
+        }
         let i = 3 * self.body;
         Vector2::new(q[i], q[i + 1]) + self.lever(q)
     }
@@ -101,17 +123,53 @@ impl<T: Scalar> Contactor<T> {
     #[inline]
     pub(super) fn polygon(&self) -> Option<&Polygon<T>> {
         match &self.outline {
-            Outline::Disc => None,
+            Outline::Disc | Outline::Hollow(_) => None,
             Outline::Polygon(polygon) => Some(polygon),
         }
     }
+
+    /// Whether others are inside.
+    #[inline]
+    pub(super) fn is_hollow(&self) -> bool {
+        matches!(self.outline, Outline::Hollow(_))
+    }
+
+    /// Radius of curvature of a circle, positive where its outside is met.
+    #[inline]
+    pub(super) fn curvature(&self) -> T {
+        match self.outline {
+            Outline::Hollow(radius) => -radius,
+            _ => self.radius,
+        }
+    }
+
+    /// Whether the arc is there where a contact has the normal `normal` (fixed frame) that points from it.
+    pub(super) fn shows(&self, normal: &Vector2<T>, q: &[T]) -> bool {
+        let Some(window) = &self.window else { return true };
+        let outward = if self.is_hollow() { -normal } else { *normal };
+        Pose::of(self.body, q).turn_back(&outward).dot(&window.middle) >= window.least
+    }
 }
 
-/// The fixed half-plane n·x ≤ d; bodies live where n·x > d.
+/// The half-plane n·x ≤ d of the ground or of a body that moves as told, in its frame; bodies live where n·x > d.
 #[derive(Debug, Clone)]
 pub(super) struct HalfPlane<T> {
     pub(super) label: String,
+    pub(super) body: usize,
     pub(super) normal: Vector2<T>,
     pub(super) distance: T,
     pub(super) group: usize,
+}
+
+impl<T: Scalar> HalfPlane<T> {
+    /// n and d in the fixed frame.
+    #[inline]
+    pub(super) fn placed(&self, q: &[T]) -> (Vector2<T>, T) {
+        if self.body == GROUND {
+            return (self.normal, self.distance);
+        }
+        let pose = Pose::of(self.body, q);
+        let normal = pose.turn(&self.normal);
+        (normal, self.distance + normal.dot(&pose.origin))
+    }
 }

@@ -18,7 +18,8 @@ use nalgebra::Vector2;
 use super::RigidBodies;
 use super::identity::{Features, Pair};
 use super::narrow;
-use super::shape::{Contactor, Pose};
+use super::round;
+use super::shape::{Contactor, GROUND, Pose};
 use crate::contact::{Candidate, ContactId};
 use crate::linalg::Symmetric;
 use crate::scalar::{Scalar, epsilon, lit};
@@ -77,7 +78,8 @@ fn smaller<T: Scalar>(x: T, y: T) -> T {
 impl<T: Scalar> Crossings<T> {
     pub(super) fn new(contactors: &[Contactor<T>], dofs: usize) -> Self {
         let half_width = |contactor: &Contactor<T>| -> T {
-            let Some(polygon) = contactor.polygon() else { return contactor.radius };
+            // Behind a circle that others are inside of, its gap keeps its sign as far as its radius.
+            let Some(polygon) = contactor.polygon() else { return abs(contactor.curvature()) };
             let depth = |(start, normal): (&Vector2<T>, &Vector2<T>)| {
                 let depths = polygon.vertices.iter().map(|x| normal.dot(&(start - x)));
                 depths.fold(T::zero(), larger)
@@ -86,6 +88,9 @@ impl<T: Scalar> Crossings<T> {
             widths.reduce(smaller).unwrap_or_else(T::zero) * lit::<T>(0.5)
         };
         let lever = |contactor: &Contactor<T>| {
+            if contactor.body == GROUND {
+                return T::zero();
+            }
             let centre = contactor.centre.norm();
             if contactor.polygon().is_some() { centre + contactor.radius } else { centre }
         };
@@ -103,11 +108,26 @@ impl<T: Scalar> Crossings<T> {
     }
 }
 
+/// The three components of a body, `None` of what is fixed.
+fn of_body<T>(x: &[T], body: usize) -> Option<&[T]> {
+    if body == GROUND { None } else { x.get(3 * body..3 * body + 3) }
+}
+
+/// What moves the centre of mass of a body.
+fn shift<T: Scalar>(x: &[T], body: usize) -> Vector2<T> {
+    of_body(x, body).map_or_else(Vector2::zeros, |x| Vector2::new(x[0], x[1]))
+}
+
+/// Centre of mass of the body of a contactor, centre of a fixed one.
+fn origin<T: Scalar>(q: &[T], contactor: &Contactor<T>) -> Vector2<T> {
+    of_body(q, contactor.body).map_or(contactor.centre, |q| Vector2::new(q[0], q[1]))
+}
+
 /// The two contactors of a pair of bodies, the lower first.
 fn contactors_of(id: ContactId) -> Option<[usize; 2]> {
     match Pair::of(id) {
         Pair::Discs(a, b) | Pair::Features { a, b, .. } => Some([a.min(b), a.max(b)]),
-        Pair::Plane { .. } | Pair::Corner { .. } => None,
+        Pair::Plane { .. } | Pair::Corner { .. } | Pair::Stop(_) => None,
     }
 }
 
@@ -128,7 +148,7 @@ impl<T: Scalar> RigidBodies<T> {
         let Self { contactors, crossings: Crossings { moved, levers, least, .. }, .. } = self;
         let mut most = T::zero();
         for ((contactor, moved), &lever) in contactors.iter().zip(moved).zip(&*levers) {
-            let v = &v[3 * contactor.body..3 * contactor.body + 3];
+            let Some(v) = of_body(v, contactor.body) else { continue };
             *moved = h * (abs(v[0]) + abs(v[1]) + abs(v[2]) * lever);
             most = larger(most, *moved);
         }
@@ -175,11 +195,14 @@ impl<T: Scalar> RigidBodies<T> {
         let quick = |i: usize| moved[i] + moved[i] > *least * share;
         fast.extend((0..moved.len()).filter(|&i| quick(i)));
         point.copy_from_slice(q);
-        let sleeps = |body: usize| asleep.get(body) == Some(&true);
+        let sleeps = |body: usize| body == GROUND || asleep.get(body) == Some(&true);
         for &i in &*fast {
             for j in 0..self.contactors.len() {
                 let (one, other) = (&self.contactors[i], &self.contactors[j]);
                 if one.body == other.body || (quick(j) && j <= i) || sleeps(one.body) && sleeps(other.body) {
+                    continue;
+                }
+                if !self.is_free(one.body) && !self.is_free(other.body) {
                     continue;
                 }
                 let Some(interface) = self.interfaces.between(one.group, other.group) else { continue };
@@ -187,23 +210,24 @@ impl<T: Scalar> RigidBodies<T> {
                 if !(moved[i] + moved[j] > thin * share) || thin == T::zero() {
                     continue;
                 }
-                // Circles about the centres of mass, on a straight path.
-                let at = |x: &[T], body: usize| Vector2::new(x[3 * body], x[3 * body + 1]);
-                let between = at(q, one.body) - at(q, other.body);
-                let path = (at(v, one.body) - at(v, other.body)) * h;
+                // Circles about the centres of mass, or about what is fixed, on a straight path.
+                let between = origin(q, one) - origin(q, other);
+                let path = (shift(v, one.body) - shift(v, other.body)) * h;
                 let length = path.norm_squared();
                 let nearest = if length > T::zero() { -between.dot(&path) / length } else { T::zero() };
                 let nearest = between + path * smaller(larger(nearest, T::zero()), T::one());
                 let size = |i: usize| {
                     let contactor = &self.contactors[i];
-                    larger(levers[i], contactor.centre.norm() + contactor.radius)
+                    let fixed = contactor.body == GROUND;
+                    let centre = if fixed { T::zero() } else { contactor.centre.norm() };
+                    larger(levers[i], centre + contactor.radius)
                 };
                 if nearest.norm() > (size(i) + size(j)) * lit::<T>(1.001) {
                     continue;
                 }
                 let (a, b) = (i.min(j), i.max(j));
                 met.extend(self.meeting([a, b], interface, q, (h, v), point));
-                for body in [one.body, other.body] {
+                for body in [one.body, other.body].into_iter().filter(|&body| body != GROUND) {
                     point[3 * body..3 * body + 3].copy_from_slice(&q[3 * body..3 * body + 3]);
                 }
             }
@@ -222,14 +246,15 @@ impl<T: Scalar> RigidBodies<T> {
         let Crossings { halves, levers, .. } = &self.crossings;
         let (one, other) = (self.contactors[i].body, self.contactors[j].body);
         let thin = halves[i] + halves[j];
-        let of = |x: &[T], body: usize| Vector2::new(x[3 * body], x[3 * body + 1]);
-        let size = levers[i] + levers[j] + of(q, one).norm() + of(q, other).norm();
+        let (first, second) = (&self.contactors[i], &self.contactors[j]);
+        let size = levers[i] + levers[j] + origin(q, first).norm() + origin(q, second).norm();
         let close = larger(thin * lit::<T>(1e-9), size * epsilon::<T>() * lit::<T>(64.0));
-        let path = (of(v, one) - of(v, other)) * h;
-        let spin = h * (abs(v[3 * one + 2]) * levers[i] + abs(v[3 * other + 2]) * levers[j]);
+        let path = (shift(v, one) - shift(v, other)) * h;
+        let turn = |body: usize| of_body(v, body).map_or_else(T::zero, |v| abs(v[2]));
+        let spin = h * (turn(one) * levers[i] + turn(other) * levers[j]);
         let mut time = T::zero();
         for advance in 0..=MOST_ADVANCES {
-            for body in [one, other] {
+            for body in [one, other].into_iter().filter(|&body| body != GROUND) {
                 for dof in 3 * body..3 * body + 3 {
                     point[dof] = q[dof] + time * h * v[dof];
                 }
@@ -312,8 +337,7 @@ impl<T: Scalar> RigidBodies<T> {
         let (at, bt) = (Pose::of(one.body, q), Pose::of(other.body, q));
         match (one.polygon(), other.polygon()) {
             (None, None) => {
-                let gap = (one.position(q) - other.position(q)).norm() - one.radius - other.radius;
-                meet(Pair::Discs(i, j), gap);
+                round::contacts((i, one), (j, other), (one.position(q), other.position(q)), q, meet);
             }
             (Some(a), Some(b)) => {
                 let size = one.radius + other.radius;
@@ -322,12 +346,18 @@ impl<T: Scalar> RigidBodies<T> {
                 });
             }
             (Some(a), None) => {
-                let (features, gap) = narrow::disc((a, &at), &other.position(q), other.radius);
-                meet(Pair::Features { a: i, b: j, features }, gap);
+                let centre = other.position(q);
+                let (features, gap) = narrow::disc((a, &at), &centre, other.radius);
+                if round::shows((a, &at), (other, &centre), features, q) {
+                    meet(Pair::Features { a: i, b: j, features }, gap);
+                }
             }
             (None, Some(b)) => {
-                let (features, gap) = narrow::disc((b, &bt), &one.position(q), one.radius);
-                meet(Pair::Features { a: j, b: i, features }, gap);
+                let centre = one.position(q);
+                let (features, gap) = narrow::disc((b, &bt), &centre, one.radius);
+                if round::shows((b, &bt), (one, &centre), features, q) {
+                    meet(Pair::Features { a: j, b: i, features }, gap);
+                }
             }
         }
     }
@@ -339,10 +369,10 @@ impl<T: Scalar> RigidBodies<T> {
         let mut rate = T::zero();
         let mut mobility = [T::zero(); 2];
         for (side, (body, arm)) in sides.iter().enumerate() {
-            let v = &v[3 * body..3 * body + 3];
+            let Some(v) = of_body(v, *body) else { continue };
             let velocity = Vector2::new(v[0] - v[2] * arm.y, v[1] + v[2] * arm.x).dot(&normal);
             rate += if side == 0 { velocity } else { -velocity };
-            if let Symmetric::Diagonal(mass) = &self.mass {
+            if let (Symmetric::Diagonal(mass), true) = (&self.mass, self.is_free(*body)) {
                 let turn = arm.x * normal.y - arm.y * normal.x;
                 mobility[side] = T::one() / mass[3 * body] + turn * turn / mass[3 * body + 2];
             }
