@@ -169,7 +169,7 @@ fn a_lagrangian_block_that_is_none_is_refused_in_words() {
         let changed = text.replace(change.0, change.1);
         assert_ne!(changed, text, "{}", change.0);
         let outcome = try_scheme::<1>(&changed).map(drop).map_err(|error| error.to_string());
-        let registry = nonsmooth::registry::Registry::default();
+        let registry = nonsmooth::registry();
         // Parameters are checked with the dimension of the contacts.
         let checked = nonsmooth::scene::Scene::parse(&changed, std::path::Path::new("scene.toml"))
             .map_err(|error| error.to_string())

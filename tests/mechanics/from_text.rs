@@ -2,14 +2,13 @@
 
 use std::path::Path;
 
-use nonsmooth::registry::Registry;
 use nonsmooth::scene::{Scene, SceneError, build};
 use nonsmooth::scheme::ThetaScheme;
 
 /// The scheme of the first run of a scene, and its number of steps.
 pub(crate) fn try_scheme<const D: usize>(text: &str) -> Result<(ThetaScheme<f64, D>, usize), SceneError> {
     let scene = Scene::parse(text, Path::new("scene.toml"))?;
-    let registry = Registry::default();
+    let registry = nonsmooth::registry();
     let runs = scene.runs(&registry)?;
     Ok((build(&scene, &runs[0], &registry)?, runs[0].steps))
 }
