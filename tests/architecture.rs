@@ -25,12 +25,12 @@ const ROOMS: &[(&str, &[&str])] = &[
         "observe",
         &["contact", "energy", "file", "laws", "linalg", "mesh", "plot", "scalar", "scheme", "system"],
     ),
+    ("fclib", &["cone", "file", "linalg", "scalar"]),
     (
         "simulate",
         &["adaptive", "contact", "energy", "fclib", "linalg", "mesh", "observe", "scalar", "scheme"],
     ),
     ("planar", &["laws", "observe", "scalar", "scheme", "simulate", "solver", "system"]),
-    ("fclib", &["cone", "file", "linalg", "scalar"]),
     (
         "scene",
         &[

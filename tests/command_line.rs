@@ -57,7 +57,8 @@ impl Bench {
         let files = fs::read_dir(self.results()).expect("the results");
         files
             .map(|entry| entry.expect("readable").path())
-            .map(|path| (path.clone(), fs::read(&path).expect("a file")))
+            // A draft may have moved to its place in the meantime, while a program runs.
+            .filter_map(|path| Some((path.clone(), fs::read(&path).ok()?)))
             .collect()
     }
 

@@ -165,8 +165,9 @@ fn an_outline_that_is_no_convex_polygon_is_refused_with_its_vertex() {
     let cases: Vec<(Vec<[f64; 2]>, &str)> = vec![
         (vec![], "number"),
         (SQUARE[..2].to_vec(), "number"),
-        (clockwise, "left"),
-        (vec![[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [1.0, 1.0]], "left"),
+        (clockwise, "clockwise"),
+        (vec![[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [1.0, 1.0]], "straight"),
+        (vec![[0.0, 0.0], [2.0, 0.0], [0.5, 0.5], [0.0, 2.0]], "concave"),
         (vec![[0.0, 0.0], [1.0, 0.0], [1.0, f64::NAN]], "finite"),
         (star, "once"),
         (vec![[0.0, 0.0]; 2000], "number"),

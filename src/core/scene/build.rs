@@ -117,6 +117,7 @@ pub fn build<T: Scalar, const D: usize>(
     registry: &Registry,
 ) -> Result<ThetaScheme<T, D>, SceneError> {
     let (system, laws, q, v) = parts(scene, run, registry)?;
+    scene.check_theta(run, registry)?;
     let solver = registry.build_solver(&run.solver, stopping(scene))?;
     Ok(ThetaScheme::new(system, laws, solver, settings(scene, run), T::zero(), q, v)?)
 }

@@ -76,8 +76,7 @@ impl Scene {
     /// The runs, laws first.
     ///
     /// # Errors
-    /// [`SceneError::Empty`], an unknown law or solver, a step or an end time out of range, a law that cannot be made, a θ
-    /// that is not for the laws.
+    /// [`SceneError::Empty`], an unknown law or solver, a step or an end time out of range.
     pub fn runs(&self, registry: &Registry) -> Result<Vec<PlannedRun>, SceneError> {
         for (what, empty) in [("law", self.laws.is_empty()), ("solver", self.solvers.is_empty())] {
             if empty {
@@ -110,7 +109,7 @@ impl Scene {
         let (steps, last_step) = self.steps()?;
         let mut runs = Vec::new();
         for law in &self.laws {
-            let theta = self.theta(law, registry)?;
+            let theta = self.theta(law, registry);
             for solver in &self.solvers {
                 let (law, solver) = (law.clone(), solver.clone());
                 runs.push(PlannedRun { law, solver, theta, steps, last_step });
