@@ -5,13 +5,12 @@ use std::ops::RangeInclusive;
 use nalgebra::SVector;
 
 use nonsmooth_core::laws::{
-    Approach, ContactLaw, Description, FRICTION, LawError, LawFamily, Parameter, Response, Rows, Scalar,
+    Approach, ContactLaw, Description, FRICTION, LawError, LawFamily, Parameter, RESTITUTION, Response, Rows,
+    Scalar,
 };
 
 const DISSIPATION_INDEX: Parameter =
-    Parameter {
-        symbol: "ρ", meaning: "restitution of all components (dimensionless)", ..nonsmooth_core::laws::RESTITUTION
-    };
+    Parameter { symbol: "ρ", meaning: "restitution of all components (dimensionless)", ..RESTITUTION };
 
 /// Moreau's averaged-velocity law: the Coulomb inclusion at û = (u_{k+1} + ρ u_k)/(1 + ρ).
 ///
