@@ -6,6 +6,8 @@ mod broad;
 mod common;
 #[path = "geometry/contacts.rs"]
 mod contacts;
+#[path = "geometry/files.rs"]
+mod files;
 #[path = "geometry/hulls.rs"]
 mod hulls;
 #[path = "geometry/masses.rs"]

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`Pose`], [`frame`] | where a body is; the frame of a normal |
 //! | [`Shape`], [`Polyhedron`], [`Compound`] | balls, capsules, boxes, cylinders, cones, half-spaces, convex hulls; unions of them |
+//! | [`Surface`] | convex solids from STL and OBJ files |
 //! | [`MassProperties`], [`Principal`] | mass, centre, inertia from shape and density; principal axes, and what is no inertia |
 //! | [`NarrowPhase`], [`resolve`] | the [`Contact`]s of two shapes; one of them followed as the shapes move |
 //! | [`BroadPhase`], [`Bounds`] | the pairs that are near |
@@ -55,11 +56,14 @@ mod inertia;
 mod mass;
 mod merge;
 mod narrow;
+mod obj;
 mod polyhedron;
 mod pose;
 mod real;
 mod round;
 mod shape;
+mod stl;
+mod surface;
 
 pub use bounds::Bounds;
 pub use broad::BroadPhase;
@@ -73,3 +77,4 @@ pub use polyhedron::{Edge, Polyhedron};
 pub use pose::{Pose, PoseError, frame};
 pub use round::Round;
 pub use shape::{Kind, Shape, ShapeError};
+pub use surface::{Surface, SurfaceError};
