@@ -1,5 +1,7 @@
 //! Shapes in space and where they meet: exact cases, and properties of random pairs.
 
+#[path = "geometry/allocation.rs"]
+mod allocation;
 #[path = "geometry/broad.rs"]
 mod broad;
 #[path = "geometry/common.rs"]

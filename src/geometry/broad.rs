@@ -13,7 +13,7 @@ use crate::scalar::Scalar;
 const LEAF: usize = 4;
 
 /// Finds the pairs of boxes that overlap; keeps its memory, so that warm calls allocate nothing.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct BroadPhase<T: Scalar> {
     order: Vec<u32>,
     /// Boxes without bounds, halves of space: these meet everybody.
@@ -31,6 +31,12 @@ struct Node<T: Scalar> {
     from: u32,
     to: u32,
     first: u32,
+}
+
+impl<T: Scalar> Default for BroadPhase<T> {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl<T: Scalar> BroadPhase<T> {

@@ -17,7 +17,7 @@ pub struct Part<T: Scalar> {
 }
 
 /// A union of shapes on a body: it need not be convex. Where parts overlap their masses add.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Compound<T: Scalar> {
     parts: Vec<Part<T>>,
 }

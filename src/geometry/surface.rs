@@ -86,7 +86,7 @@ pub enum SurfaceError {
 }
 
 /// Points, and faces as rings of them, counterclockwise from outside.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Surface<T: Scalar> {
     pub(super) points: Vec<Vector3<T>>,
     pub(super) faces: Vec<Vec<u32>>,

@@ -65,7 +65,7 @@ fn rounds() {
     }
 }
 
-/// A capsule as the limit of a cylinder and a ball: r → 0 and l → 0; and between them against a sum of discs.
+/// A capsule against a sum of thin discs.
 #[test]
 fn a_capsule() {
     let (r, l) = (0.4, 0.7);
@@ -145,7 +145,7 @@ proptest! {
         masses in prop::array::uniform3(0.01..1.0f64),
         turn in quaternion(),
     ) {
-        // Second moments of any sign-free distribution keep the triangle inequality.
+        // Sums of second moments keep the triangle inequality.
         let total: f64 = masses.iter().sum();
         let moments = Vector3::from(masses.map(|x| total - x));
         let r = turn.to_rotation_matrix();

@@ -6,8 +6,7 @@ use proptest::prelude::*;
 
 use crate::common::{at, contacts, ids, polyhedron, pose, quaternion, shape, v};
 
-/// Largest separation along all normals of faces and all products of edges, by brute force; and the least n·x over b less the
-/// largest over a for one direction.
+/// Separation along one direction: the least n·x over b less the largest over a.
 fn along(n: &Vector3<f64>, (a, at): (&Shape<f64>, &Pose<f64>), (b, bt): (&Shape<f64>, &Pose<f64>)) -> f64 {
     let heights = |shape: &Shape<f64>, pose: &Pose<f64>| {
         let hull = shape.as_polyhedron().expect("a polyhedron");
@@ -17,6 +16,7 @@ fn along(n: &Vector3<f64>, (a, at): (&Shape<f64>, &Pose<f64>), (b, bt): (&Shape<
         - heights(a, at).into_iter().fold(-f64::INFINITY, f64::max)
 }
 
+/// The largest along all normals of faces and all products of edges, by brute force.
 fn separation(first: (&Shape<f64>, &Pose<f64>), second: (&Shape<f64>, &Pose<f64>)) -> f64 {
     let hulls = [first, second].map(|(shape, pose)| (shape.as_polyhedron().expect("a polyhedron"), pose));
     let mut best = f64::NEG_INFINITY;
@@ -173,9 +173,9 @@ proptest! {
         }
     }
 
-    /// A ball against a polyhedron: the distance is that to the best of many points on its surface, and no more.
+    /// A ball against a polyhedron: the plane through the point found has the polyhedron behind it.
     #[test]
-    fn balls_find_the_nearest_point(hull in polyhedron(), p in pose(1.0), x in prop::array::uniform3(-2.0..2.0f64), weights in prop::collection::vec(0.0..1.0f64, 120)) {
+    fn balls_find_the_nearest_point(hull in polyhedron(), p in pose(1.0), x in prop::array::uniform3(-2.0..2.0f64)) {
         let ball = Shape::ball(0.1).expect("a ball");
         let centre = Vector3::from(x);
         let found = contacts((&hull, &p), (&ball, &at(x[0], x[1], x[2])), 10.0);
@@ -195,6 +195,6 @@ proptest! {
         for y in hull.vertices() {
             prop_assert!(found[0].normal.dot(&(p.place(y) - on_hull)) <= 1e-8);
         }
-        prop_assert!(weights.len() == 120 && distance >= height - 1e-13);
+        prop_assert!(distance >= height - 1e-13);
     }
 }
