@@ -11,6 +11,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("linalg", &["scalar"]),
     ("cone", &["laws", "linalg", "scalar"]),
     ("contact", &["laws", "linalg", "scalar"]),
+    ("geometry", &["scalar"]),
     ("mesh", &[]),
     ("system", &["contact", "linalg", "mesh", "scalar"]),
     ("solver", &["cone", "linalg", "scalar"]),

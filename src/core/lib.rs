@@ -29,6 +29,7 @@ pub mod event_driven;
 pub mod fclib;
 #[cfg(any(feature = "outputs", feature = "figures", feature = "fclib", feature = "vtk"))]
 pub mod file;
+pub mod geometry;
 pub mod laws;
 pub mod linalg;
 pub mod mesh;
