@@ -6,19 +6,19 @@ use super::source::{Field, Item, attribute, item, renamed, text, value_of};
 
 /// Where the types of scene files are.
 const FILES: [&str; 13] = [
-    "src/scene/format.rs",
-    "src/scene/joints.rs",
-    "src/scene/lagrangian.rs",
-    "src/scene/obstacles.rs",
-    "src/scene/solid.rs",
-    "src/scene/time.rs",
-    "src/scheme/activation.rs",
-    "src/system/rigid_bodies/curves.rs",
-    "src/system/signal.rs",
-    "src/system/elastic/material.rs",
-    "src/system/elastic/mod.rs",
-    "src/system/elastic/builder.rs",
-    "src/mesh/rectangle.rs",
+    "src/core/scene/format.rs",
+    "src/core/scene/joints.rs",
+    "src/core/scene/lagrangian.rs",
+    "src/core/scene/obstacles.rs",
+    "src/core/scene/solid.rs",
+    "src/core/scene/time.rs",
+    "src/core/scheme/activation.rs",
+    "src/core/system/rigid_bodies/curves.rs",
+    "src/core/system/signal.rs",
+    "src/core/system/elastic/material.rs",
+    "src/core/system/elastic/mod.rs",
+    "src/core/system/elastic/builder.rs",
+    "src/core/mesh/rectangle.rs",
 ];
 
 /// Units a number may have; `–` where it is dimensionless.

@@ -4,7 +4,7 @@
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! use nonsmooth::scene::Scene;
 //!
-//! # let path = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/bouncing_bar.toml");
+//! # let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/bouncing_bar.toml");
 //! let scene = Scene::read(path)?;
 //! let runs = scene.run(&nonsmooth::registry())?;
 //! println!("{} s, q = {:?}", runs[0].times[1], runs[0].q[1]);
