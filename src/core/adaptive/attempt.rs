@@ -1,8 +1,7 @@
 //! One trial: a step of 3h against three of h, and what is made of it.
 
 use super::AdaptiveError;
-use super::driver::{Adaptive, Record, SMOOTH};
-use super::events::Meeting;
+use super::held::{Adaptive, Meeting, Record, SMOOTH};
 use crate::linalg::{axpy, max_abs};
 use crate::scalar::{Scalar, epsilon, lit};
 use crate::scheme::{ContactStep, StepError};

@@ -1,33 +1,12 @@
 //! Impacts, bounces too low to matter, and ends of sliding: where steps are to end.
 
 use super::attempt::JUMP;
-use super::driver::Adaptive;
+use super::held::{Adaptive, Meeting, Near};
 use super::roots::{falling_root, parabola_minimum};
 use super::{AdaptiveError, Limit};
 use crate::contact::ContactId;
 use crate::scalar::{Scalar, epsilon, lit};
 use crate::scheme::ActivationRule;
-
-/// A candidate near the state a step starts from.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Near<T> {
-    id: ContactId,
-    /// Gap (m) and u_N (m/s) at the start.
-    gap: T,
-    rate: T,
-    /// Gaps at the start and after each of three steps; the last one known stands for those beyond the reach.
-    gaps: [T; 4],
-    seen: bool,
-}
-
-/// Where a trial is to end instead.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Meeting<T> {
-    /// Just before a contact closes.
-    At(T),
-    /// After a bounce too low to be resolved, all of which a step this long makes.
-    Rest(T),
-}
 
 /// Gap at which a flight ends for an impact, and up to which a closing contact is made one, in γ.
 const LANDING: f64 = 0.3;

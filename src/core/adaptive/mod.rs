@@ -69,9 +69,10 @@ mod attempt;
 mod control;
 mod driver;
 mod events;
+mod held;
 mod path;
 mod roots;
 mod settings;
 
-pub use driver::{Adaptive, Report};
+pub use held::{Adaptive, Report};
 pub use settings::{AdaptiveError, AdaptiveSettings, Limit};

@@ -32,6 +32,7 @@ mod bodies;
 mod condense;
 mod error;
 mod parts;
+mod posed;
 mod problem;
 mod read;
 mod sparse;

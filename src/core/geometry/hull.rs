@@ -5,76 +5,42 @@
 //! their border is a ring none of whose edges is in line with the point, and the new triangles are never degenerate.
 
 use nalgebra::Vector3;
-use robust::{Coord3D, orient3d};
 
+use super::error::HullError;
 use super::feature::Meeting;
 use super::merge;
 use super::polyhedron::Polyhedron;
 use super::real::max;
+use super::triangle::{Triangle, side};
 use crate::scalar::{Scalar, all_finite, epsilon, lit, to_f64};
 
-/// Why points have no hull that is a solid.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum HullError {
-    /// A coordinate that is NaN or infinite.
-    #[error("point {point} is not finite")]
-    NotFinite {
-        /// Index of the point.
-        point: usize,
-    },
-    /// Fewer than four points.
-    #[error("{points} points hold no volume; a polyhedron has at least 4 vertices")]
-    TooFew {
-        /// Number of points.
-        points: usize,
-    },
-    /// All points in one place, on a line or in a plane.
-    #[error("the points lie in a plane, or nearly: their hull is {thickness:e} m thick")]
-    Flat {
-        /// Largest distance from that plane (m).
-        thickness: f64,
-    },
-    /// A tolerance that is negative, or too large to leave a shape.
-    #[error("the tolerance is {tolerance:e} of the size, it must be in [0, 0.01]")]
-    Tolerance {
-        /// The tolerance.
-        tolerance: f64,
-    },
-    /// More vertices than identities of contacts can name.
-    #[error("{points} points are more than identities can name")]
-    TooMany {
-        /// Number of points.
-        points: usize,
-    },
-    /// Triangles that could not be joined to faces in any way that closes.
-    #[error("the hull does not close; its points are too close to each other for their number format")]
-    Unresolved,
+impl<T: Scalar> Polyhedron<T> {
+    /// The convex hull of `points` (m), with faces that are plane within [`TOLERANCE`](Self::TOLERANCE) of their extent.
+    ///
+    /// # Errors
+    ///
+    /// [`HullError`], see [`hull_within`](Self::hull_within).
+    pub fn hull(points: &[Vector3<T>]) -> Result<Self, HullError> {
+        Self::hull_within(points, lit(Self::TOLERANCE))
+    }
+
+    /// The convex hull of `points` (m): triangles that are coplanar within `tolerance` times the largest extent become one
+    /// face, and points within as much of a face or an edge are no vertices.
+    ///
+    /// Orientations are decided exactly, by adaptive predicates (J. R. Shewchuk, 1997, doi:10.1007/PL00009321) on the points
+    /// rounded to `f64`; points that lie in a plane exactly, inside or outside of triangles, in any number, are met. The
+    /// tolerance is at least 64 ε. Worst case quadratic in the number of points, N log N in practice.
+    ///
+    /// # Errors
+    ///
+    /// [`HullError`] for fewer than four points, points that are not finite, that lie on a point, line or plane within the
+    /// tolerance, or for a tolerance outside of [0, 0.01].
+    pub fn hull_within(points: &[Vector3<T>], tolerance: T) -> Result<Self, HullError> {
+        build(points, tolerance)
+    }
 }
 
-/// A triangle of the hull under construction.
-#[derive(Debug, Clone)]
-pub(super) struct Triangle {
-    /// Counterclockwise from outside.
-    pub(super) corners: [u32; 3],
-    /// The triangle across the side from each corner to the next.
-    pub(super) across: [u32; 3],
-    alive: bool,
-    /// Points that see it and are not yet in the hull.
-    above: Vec<u32>,
-}
-
-/// Sign of the volume of (a, b, c, x): positive where x is on the side from which a, b, c is counterclockwise.
-pub(super) fn side(points: &[Vector3<f64>], [a, b, c]: [u32; 3], x: u32) -> f64 {
-    let at = |i: u32| {
-        let p = &points[i as usize];
-        Coord3D { x: p.x, y: p.y, z: p.z }
-    };
-    // `orient3d` is positive below a counterclockwise triangle.
-    -orient3d(at(a), at(b), at(c), at(x))
-}
-
-pub(super) fn build<T: Scalar>(points: &[Vector3<T>], tolerance: T) -> Result<Polyhedron<T>, HullError> {
+fn build<T: Scalar>(points: &[Vector3<T>], tolerance: T) -> Result<Polyhedron<T>, HullError> {
     if !(tolerance >= T::zero() && tolerance <= lit(0.01)) {
         return Err(HullError::Tolerance { tolerance: to_f64(tolerance) });
     }

@@ -62,7 +62,7 @@ fn about<T: Scalar>(d: &Vector3<T>) -> Matrix3<T> {
 ///
 /// For a tetrahedron 0abc of volume V = a·(b × c)/6: ∫x = V s/4 with s = a + b + c, and
 /// ∫x xᵀ = V (aaᵀ + bbᵀ + ccᵀ + ssᵀ)/20. Taken from the mean of the vertices, so that all volumes are positive.
-pub(super) fn of_polyhedron<T: Scalar>(polyhedron: &Polyhedron<T>, density: T) -> MassProperties<T> {
+fn of_polyhedron<T: Scalar>(polyhedron: &Polyhedron<T>, density: T) -> MassProperties<T> {
     let vertices = polyhedron.vertices();
     let sum = vertices.iter().fold(Vector3::<T>::zeros(), |sum, x| sum + x);
     let origin: Vector3<T> = sum / from_usize::<T>(vertices.len().max(1));
@@ -89,4 +89,11 @@ pub(super) fn of_polyhedron<T: Scalar>(polyhedron: &Polyhedron<T>, density: T) -
     let inertia: Matrix3<T> = Matrix3::identity() * products.trace() - products;
     let symmetric = (inertia + inertia.transpose()) * lit::<T>(0.5);
     MassProperties { mass, centre: centre + origin, inertia: symmetric }
+}
+
+impl<T: Scalar> Polyhedron<T> {
+    /// Mass (kg), centre and inertia of the solid of `density` (kg/m³): sums over tetrahedra, exact to rounding.
+    pub fn mass_properties(&self, density: T) -> MassProperties<T> {
+        of_polyhedron(self, density)
+    }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::hull::{Triangle, side};
+use super::triangle::{Triangle, side};
 
 const NONE: u32 = u32::MAX;
 

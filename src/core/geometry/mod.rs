@@ -50,6 +50,7 @@
 mod bounds;
 mod broad;
 mod compound;
+mod error;
 mod feature;
 mod hull;
 mod inertia;
@@ -64,12 +65,13 @@ mod round;
 mod shape;
 mod stl;
 mod surface;
+mod triangle;
 
 pub use bounds::Bounds;
 pub use broad::BroadPhase;
 pub use compound::{Compound, CompoundError, Part};
+pub use error::HullError;
 pub use feature::{Carrier, Contact, Feature, Meeting};
-pub use hull::HullError;
 pub use inertia::{InertiaError, Principal};
 pub use mass::MassProperties;
 pub use narrow::{NarrowPhase, resolve};

@@ -4,8 +4,7 @@ use std::collections::HashMap;
 
 use nalgebra::Vector3;
 
-use super::hull::{self, HullError};
-use super::mass::{self, MassProperties};
+use super::error::HullError;
 use super::real::{direction, max, sqrt};
 use crate::scalar::{Scalar, lit};
 
@@ -53,30 +52,6 @@ pub struct Polyhedron<T: Scalar> {
 impl<T: Scalar> Polyhedron<T> {
     /// Tolerance of [`hull`](Self::hull) in the size of the points.
     pub const TOLERANCE: f64 = 1e-9;
-
-    /// The convex hull of `points` (m), with faces that are plane within [`TOLERANCE`](Self::TOLERANCE) of their extent.
-    ///
-    /// # Errors
-    ///
-    /// [`HullError`], see [`hull_within`](Self::hull_within).
-    pub fn hull(points: &[Vector3<T>]) -> Result<Self, HullError> {
-        Self::hull_within(points, lit(Self::TOLERANCE))
-    }
-
-    /// The convex hull of `points` (m): triangles that are coplanar within `tolerance` times the largest extent become one
-    /// face, and points within as much of a face or an edge are no vertices.
-    ///
-    /// Orientations are decided exactly, by adaptive predicates (J. R. Shewchuk, 1997, doi:10.1007/PL00009321) on the points
-    /// rounded to `f64`; points that lie in a plane exactly, inside or outside of triangles, in any number, are met. The
-    /// tolerance is at least 64 ε. Worst case quadratic in the number of points, N log N in practice.
-    ///
-    /// # Errors
-    ///
-    /// [`HullError`] for fewer than four points, points that are not finite, that lie on a point, line or plane within the
-    /// tolerance, or for a tolerance outside of [0, 0.01].
-    pub fn hull_within(points: &[Vector3<T>], tolerance: T) -> Result<Self, HullError> {
-        hull::build(points, tolerance)
-    }
 
     /// The box |x_i| ≤ `half`_i (m): vertex i has the sign of bit 0, 1, 2 of i in x, y, z.
     ///
@@ -270,10 +245,5 @@ impl<T: Scalar> Polyhedron<T> {
     /// Radius of the sphere around [`centre`](Self::centre) that holds it (m).
     pub fn radius(&self) -> T {
         self.radius
-    }
-
-    /// Mass (kg), centre and inertia of the solid of `density` (kg/m³): sums over tetrahedra, exact to rounding.
-    pub fn mass_properties(&self, density: T) -> MassProperties<T> {
-        mass::of_polyhedron(self, density)
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::hull::HullError;
+use super::error::HullError;
 use super::polyhedron::Polyhedron;
 use super::real::{abs, direction, infinity, max, sqrt};
 use crate::scalar::{Scalar, epsilon, from_usize, lit};

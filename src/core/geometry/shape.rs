@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::bounds::Bounds;
-use super::hull::HullError;
+use super::error::HullError;
 use super::mass::MassProperties;
 use super::polyhedron::Polyhedron;
 use super::pose::Pose;

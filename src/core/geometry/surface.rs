@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use nalgebra::Vector3;
 
-use super::hull::HullError;
+use super::error::HullError;
 use super::polyhedron::Polyhedron;
 use super::real::{infinity, max, min};
 use crate::scalar::{Scalar, all_finite, lit, to_f64};

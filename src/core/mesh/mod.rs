@@ -1,5 +1,6 @@
 //! Meshes with named groups: read from Gmsh files or built in, and checked before anything is computed on them.
 
+mod content;
 mod error;
 mod kinds;
 mod msh;

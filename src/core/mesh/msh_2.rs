@@ -1,8 +1,8 @@
 //! Sections of the formats 2.0, 2.1 and 2.2.
 
 use super::MeshError;
+use super::content::{Content, Member, positive};
 use super::kinds::Kind;
-use super::msh::{Content, Member, positive};
 use super::sections::{Cursor, Encoding};
 
 /// `$Nodes`, or `$ParametricNodes`, which say as well where each node is on its geometric entity.

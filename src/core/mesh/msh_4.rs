@@ -1,8 +1,8 @@
 //! Sections of the formats 4.0 and 4.1, which differ in the widths of numbers and the order of the facts of a block.
 
 use super::MeshError;
+use super::content::{Content, Member, Version, positive};
 use super::kinds::Kind;
-use super::msh::{Content, Member, Version, positive};
 use super::sections::Cursor;
 
 /// Dimension and number of the geometric entity of a block, and the number in its third place.

@@ -1,9 +1,9 @@
 //! The ledger of a step: energies, and the balance (56).
 
 use super::active_set::ActiveSet;
-use super::joints::joints_of;
 use super::lasting::Lasting;
 use super::matrix::Matrix;
+use super::no_joints::joints_of;
 use super::nonlinear::Start;
 use super::record::Next;
 use super::{Settings, StepError, ThetaScheme};

@@ -32,7 +32,7 @@
 //! and K, M̂ = M for every θ, so that to change θ costs nothing. Systems with C or K, and nonlinear ones, keep the θ of the
 //! scene and the rule of the active set as it stands: what is slow at a node of an elastic body, its waves decide.
 
-use super::joints::joints_of;
+use super::no_joints::joints_of;
 use super::{ContactStep, Settings};
 use crate::cone::ConeProblem;
 use crate::contact::ContactId;

@@ -69,6 +69,7 @@ mod lasting;
 mod matrix;
 mod memory;
 mod move_on;
+mod no_joints;
 mod nonlinear;
 mod passes;
 mod positions;

@@ -1,8 +1,9 @@
 //! The passes of a step whose terms depend on its end: joints and nonlinear systems.
 
 use super::equations::Equations;
-use super::joints::{STAGNATION as JOINT_STAGNATION, Span, joints_of};
+use super::joints::{STAGNATION as JOINT_STAGNATION, Span};
 use super::matrix::Matrix;
+use super::no_joints::joints_of;
 use super::nonlinear::Start;
 use super::record::{Next, State};
 use super::{Settings, StepError, ThetaScheme};

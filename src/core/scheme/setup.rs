@@ -1,8 +1,9 @@
 //! The settings of the scheme, and what is checked before the first step.
 
+use super::no_joints::joints_of;
 use nalgebra::SVector;
 
-use super::joints::{LEAST_ROUNDING, ROUNDING, joints_of};
+use super::joints::{LEAST_ROUNDING, ROUNDING};
 use super::{Activation, SetupError};
 use crate::laws::{Approach, ContactLaw, Response};
 use crate::linalg::{Symmetric, max_abs};

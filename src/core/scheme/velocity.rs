@@ -10,12 +10,13 @@
 //! The average needs M v_k and K q_k alone, which the ledger has computed: no product is made twice. It divides by θ,
 //! so that small θ take the increment, and so do systems without stiffness.
 
+use super::no_joints::joints_of;
 use nalgebra::SVector;
 
 use super::active_set::ActiveSet;
 use super::cones::Cones;
 use super::equations::Equations;
-use super::joints::{Span, joints_of};
+use super::joints::Span;
 use super::lasting::Lasting;
 use super::matrix::{Form, Matrix};
 use super::nonlinear::Start;

@@ -1,10 +1,11 @@
 //! Newton's method on velocities and multipliers, under given percussions.
 
+use crate::scheme::no_joints::joints_of;
 use nalgebra::SVector;
 
 use super::schur::solve;
 use super::span::{Iterate, Span};
-use super::{Bilateral, LeftOver, ROUNDING, STAGNATION, joints_of};
+use super::{Bilateral, LeftOver, ROUNDING, STAGNATION};
 use crate::linalg::{Factor, axpy, max_abs};
 use crate::scalar::{Scalar, epsilon, lit};
 use crate::system::Dynamics;

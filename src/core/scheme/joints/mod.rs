@@ -39,6 +39,7 @@ mod laws;
 mod schur;
 mod span;
 
+use crate::scheme::no_joints::joints_of;
 use nalgebra::SVector;
 
 use iteration::Method;
@@ -51,7 +52,7 @@ use super::delassus::Assembler;
 use crate::linalg::{BlockRows, Factor, axpy, max_abs};
 use crate::scalar::{Scalar, epsilon, lit};
 use crate::solver::Anderson;
-use crate::system::{Dynamics, Joints, RowLaw};
+use crate::system::{Dynamics, RowLaw};
 
 pub(super) const ROUNDING: f64 = 64.0;
 
@@ -67,23 +68,6 @@ pub(super) const STAGNATION: f64 = 64.0;
 
 /// Passes that their acceleration remembers.
 const MEMORY: usize = 6;
-
-/// No rows.
-#[derive(Debug)]
-struct NoJoints;
-
-impl<T: Scalar> Joints<T> for NoJoints {
-    fn rows(&self) -> usize {
-        0
-    }
-    fn residual(&self, _q: &[T], _out: &mut [T]) {}
-    fn jacobian(&self, _q: &[T], _s: &[T], _out: &mut BlockRows<T, 1>) {}
-}
-
-/// The joints of a system, a list without rows where it has none.
-pub(super) fn joints_of<T: Scalar>(system: &dyn Dynamics<T>) -> &dyn Joints<T> {
-    system.joints().unwrap_or(&NoJoints)
-}
 
 /// What is left of the equations of a step with joints.
 #[derive(Debug, Clone, Copy)]

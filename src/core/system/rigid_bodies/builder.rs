@@ -2,42 +2,21 @@
 
 use nalgebra::Vector2;
 
+use super::body::{Body, BodyId, check};
 use super::element::{Element, Stop};
 use super::identity::MOST_CONTACTORS;
-use super::joint::{Joint, JointSet, Side};
+use super::joint::{Joint, JointSet};
 use super::moved::Moved;
 use super::polygon::check_polygon;
 use super::shape::{Contactor, GROUND, HalfPlane, Outline, Polygon};
+use super::side::Side;
 use super::sweep::Sweep;
 use super::swept::Crossings;
 use super::{Interfaces, RigidBodies};
 use crate::linalg::Symmetric;
-use crate::scalar::{Scalar, all_finite, lit, to_f64};
+use crate::scalar::{Scalar, lit};
 use crate::system::forces::Load;
 use crate::system::{Forces, Signal, SystemError};
-
-/// Mass (kg) and moment of inertia about the centre of mass (kg m²) of a body.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Body<T> {
-    /// Mass m > 0.
-    pub mass: T,
-    /// Moment of inertia I > 0.
-    pub inertia: T,
-}
-
-/// A body of the scene.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct BodyId(pub(super) usize);
-
-impl BodyId {
-    /// What is fixed: its frame is the fixed one, and its shapes move nowhere.
-    pub const GROUND: Self = Self(GROUND);
-
-    /// Index i of the body: it owns q[3i..3i+3], but for the [ground](Self::GROUND).
-    pub fn index(self) -> usize {
-        self.0
-    }
-}
 
 /// A disc or point of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -88,18 +67,6 @@ impl<T: Scalar> Default for RigidBodiesBuilder<T> {
             stops,
             moved,
         }
-    }
-}
-
-pub(super) fn check<T: Scalar>(
-    what: impl FnOnce() -> String,
-    values: &[T],
-    ok: impl Fn(T) -> bool,
-    range: &'static str,
-) -> Result<(), SystemError> {
-    match values.iter().find(|&&x| !all_finite([&x]) || !ok(x)) {
-        Some(&x) => Err(SystemError::OutOfRange { what: what(), value: to_f64(x), range }),
-        None => Ok(()),
     }
 }
 
@@ -256,7 +223,7 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
     }
 
     /// Adds a strictly convex polygon with `vertices` (m) in the frame of the body, from its centre of mass, in
-    /// counterclockwise order; [`polygon_body`] gives the mass and the inertia of a homogeneous one.
+    /// counterclockwise order; [`polygon_body`](super::polygon_body) gives the mass and the inertia of a homogeneous one.
     ///
     /// # Errors
     /// [`SystemError::Polygon`] for fewer than 3 or more than 1024 vertices, and for a vertex that is not finite or at
@@ -464,5 +431,30 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
             free,
             prescribed,
         })
+    }
+}
+
+impl<T: Scalar> RigidBodiesBuilder<T> {
+    /// Adds a body that moves as told, after all that move under forces: x, y (m) and the angle (rad) are those of `origin`
+    /// and the displacements, each times its signal. It has no mass; the work of what moves it is booked as that of prescribed
+    /// motion.
+    ///
+    /// # Errors
+    /// [`SystemError::OutOfRange`].
+    pub fn moved_body(
+        &mut self,
+        name: &str,
+        origin: [T; 3],
+        motion: [(T, Signal<T>); 3],
+    ) -> Result<BodyId, SystemError> {
+        check(|| format!("position or angle of `{name}`"), &origin, |_| true, "finite")?;
+        for (displacement, signal) in &motion {
+            check(|| format!("displacement of `{name}`"), &[*displacement], |_| true, "finite")?;
+            signal.check()?;
+        }
+        self.bodies.push((name.into(), Body { mass: T::zero(), inertia: T::zero() }));
+        self.force.extend([T::zero(); 3]);
+        self.moved.push(Moved { origin, motion });
+        Ok(BodyId(self.bodies.len() - 1))
     }
 }

@@ -2,7 +2,8 @@
 
 use nalgebra::Vector2;
 
-use super::builder::{BodyId, ContactorId, GroupId, RigidBodiesBuilder, check, known};
+use super::body::{BodyId, check};
+use super::builder::{ContactorId, GroupId, RigidBodiesBuilder, known};
 use super::shape::{Contactor, Outline, Window};
 use crate::scalar::{Scalar, all_finite, lit, to_f64};
 use crate::system::SystemError;

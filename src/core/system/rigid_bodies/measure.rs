@@ -14,7 +14,7 @@
 
 use nalgebra::Vector2;
 
-use super::joint::Side;
+use super::side::Side;
 use crate::scalar::{Scalar, lit};
 
 /// A coordinate of body a relative to body b, or to the ground.
@@ -94,7 +94,7 @@ impl<T: Scalar> Side<T> {
     fn turned(&self, x: &Vector2<T>, q: &[T]) -> Vector2<T> {
         match self.body {
             None => *x,
-            Some(_) => super::joint::turned(x, self.angle(q)),
+            Some(_) => super::side::turned(x, self.angle(q)),
         }
     }
 

@@ -1,6 +1,7 @@
 //! Planar rigid bodies (x, y, angle) of points, discs, arcs and convex polygons against half-planes, fixed shapes and each
 //! other, held together by joints.
 
+mod body;
 mod builder;
 mod curves;
 mod element;
@@ -14,12 +15,14 @@ mod relative;
 mod round;
 mod seams;
 mod shape;
+mod side;
 mod sweep;
 mod swept;
 
 use nalgebra::{SVector, Vector2};
 
-pub use builder::{Body, BodyId, ContactorId, GroupId, RigidBodiesBuilder};
+pub use body::{Body, BodyId};
+pub use builder::{ContactorId, GroupId, RigidBodiesBuilder};
 pub use curves::RoundSide;
 pub use polygon::polygon_body;
 pub use relative::Relative;

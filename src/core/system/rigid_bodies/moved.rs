@@ -2,7 +2,6 @@
 
 use nalgebra::Vector2;
 
-use super::builder::{Body, BodyId, RigidBodiesBuilder, check};
 use super::shape::{GROUND, Pose};
 use super::{RigidBodies, push_body};
 use crate::linalg::BlockRows;
@@ -12,8 +11,8 @@ use crate::system::{Prescribed, Signal, SystemError};
 /// Where a body that moves as told is displaced from, and by what times which signal, in x, y and angle.
 #[derive(Debug, Clone)]
 pub(super) struct Moved<T> {
-    origin: [T; 3],
-    motion: [(T, Signal<T>); 3],
+    pub(super) origin: [T; 3],
+    pub(super) motion: [(T, Signal<T>); 3],
 }
 
 impl<T: Scalar> Moved<T> {
@@ -31,31 +30,6 @@ impl<T: Scalar> Moved<T> {
             }
         }
         Prescribed::new(first, motions, signals)?.with_origins(origins).map(Some)
-    }
-}
-
-impl<T: Scalar> RigidBodiesBuilder<T> {
-    /// Adds a body that moves as told, after all that move under forces: x, y (m) and the angle (rad) are those of `origin`
-    /// and the displacements, each times its signal. It has no mass; the work of what moves it is booked as that of prescribed
-    /// motion.
-    ///
-    /// # Errors
-    /// [`SystemError::OutOfRange`].
-    pub fn moved_body(
-        &mut self,
-        name: &str,
-        origin: [T; 3],
-        motion: [(T, Signal<T>); 3],
-    ) -> Result<BodyId, SystemError> {
-        check(|| format!("position or angle of `{name}`"), &origin, |_| true, "finite")?;
-        for (displacement, signal) in &motion {
-            check(|| format!("displacement of `{name}`"), &[*displacement], |_| true, "finite")?;
-            signal.check()?;
-        }
-        self.bodies.push((name.into(), Body { mass: T::zero(), inertia: T::zero() }));
-        self.force.extend([T::zero(); 3]);
-        self.moved.push(Moved { origin, motion });
-        Ok(BodyId(self.bodies.len() - 1))
     }
 }
 

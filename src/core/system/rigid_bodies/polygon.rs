@@ -2,7 +2,7 @@
 
 use nalgebra::Vector2;
 
-use super::builder::{Body, check};
+use super::body::{Body, check};
 use super::identity::MOST_VERTICES;
 use crate::scalar::{Scalar, all_finite, lit};
 use crate::system::SystemError;

@@ -2,10 +2,11 @@
 
 use nalgebra::Vector2;
 
-use super::builder::{BodyId, RigidBodiesBuilder, check, known};
+use super::body::{BodyId, check};
+use super::builder::{RigidBodiesBuilder, known};
 use super::element::{Acts, Element, Stop};
-use super::joint::Side;
 use super::measure::Measure;
+use super::side::Side;
 use crate::scalar::Scalar;
 use crate::system::{Signal, SystemError};
 
