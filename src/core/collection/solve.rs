@@ -8,7 +8,9 @@ use cpu_time::ThreadTime;
 use nalgebra::SVector;
 
 use super::lines::{heading, json_line, text_line};
-use super::{Certificate, CollectionError, SolveReport, Statuses, Verdict, problem_name};
+#[cfg(feature = "clarabel")]
+use super::Verdict;
+use super::{Certificate, CollectionError, SolveReport, Statuses, problem_name};
 use crate::cone::{ConeProblem, Form, Residual};
 use crate::fclib::{self, Cone, FclibError};
 use crate::registry::Registry;
