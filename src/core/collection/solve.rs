@@ -7,9 +7,9 @@ use std::time::Instant;
 use cpu_time::ThreadTime;
 use nalgebra::SVector;
 
-use super::lines::{heading, json_line, text_line};
 #[cfg(feature = "clarabel")]
 use super::Verdict;
+use super::lines::{heading, json_line, text_line};
 use super::{Certificate, CollectionError, SolveReport, Statuses, problem_name};
 use crate::cone::{ConeProblem, Form, Residual};
 use crate::fclib::{self, Cone, FclibError};
