@@ -42,6 +42,13 @@ fn what_has_no_effect_is_told_on_the_terminal_and_in_the_summary() {
     told(&twice, &["interface `floor` – `ball` has no effect", "interfaces before it govern"]);
     let fast = scene.replace("position", "spin = 2000.0\nposition");
     told(&fast, &["the step 1e-3 is long for the spin of `ball`, whose period is 3.142e-3"]);
+    // An obstacle is something to touch.
+    let step = "[[obstacles]]\nname = \"step\"\npolygons = [{ name = \"s\", vertices = [[-1.0, -1.0], [1.0, -1.0], [1.0, 0.0], \
+        [-1.0, 0.0]] }]\n";
+    let floor = "[[half_planes]]\nname = \"floor\"\nnormal = [0.0, 1.0]\n";
+    let on_step = scene.replace(floor, step).replace("\"floor\"", "\"step\"");
+    assert!(on_step.contains("[[obstacles]]") && !on_step.contains("floor"));
+    told(&on_step, &[]);
     let stiff = scene.replace("position", "stiffness = [2e7, 0.0, 0.0]\nposition");
     told(&stiff, &["long for the springs of `ball`", "1.987e-3"]);
     told(
@@ -184,4 +191,37 @@ fn a_concave_outline_is_called_concave_and_stands_when_decomposed() {
     );
     let output = bench.run(&clockwise, &["--no-figures"]);
     assert!(stderr(&output).contains("runs clockwise"), "{}", stderr(&output));
+}
+
+/// An outline with a step in it, on its corner at the origin.
+const ELL: &str = "[[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [1.0, 1.0], [1.0, 3.0], [0.0, 3.0]]";
+
+#[test]
+fn concave_obstacles_stand_when_decomposed_as_bodies_do() {
+    let bench = Bench::new();
+    let scene = ball(1.15, 0.0, "step = 1e-3\nend = 0.4").replace(
+        "[[half_planes]]\nname = \"floor\"\nnormal = [0.0, 1.0]\n",
+        &format!("[[obstacles]]\nname = \"floor\"\nposition = [-2.0, 0.0]\npolygons = [{{ name = \"l\", vertices = {ELL} }}]\n"),
+    );
+    let output = bench.run(&scene, &["--no-figures"]);
+    assert!(stderr(&output).contains("decompose = true"), "{}", stderr(&output));
+    let decomposed = scene.replace(" }]\n[[interfaces]]", ", decompose = true }]\n[[interfaces]]");
+    let summary = bench.summary(&decomposed, &["--no-figures"]);
+    assert_eq!(warnings(&summary), Vec::<String>::new());
+    // It lands on the low part, in the notch: 0.05 m of 2 kg × 10 m/s² are lost.
+    let run = &summary["runs"][0];
+    let lost = number(run, "initial_energy") - number(run, "final_energy");
+    assert!((lost - 1.0).abs() < 1e-6, "{lost} J");
+}
+
+#[test]
+fn gaps_of_lagrangian_systems_have_a_say_in_theta() {
+    let bench = Bench::new();
+    let scene = "title = \"Oscillator\"\nlaws = [\"newton\"]\n[time]\nstep = 1e-3\nend = 1.0\n\
+        [lagrangian]\ncoordinates = [\"x\"]\nmass = [[1.0]]\nstiffness = [[10.0]]\nposition = [1.0]\n\
+        [[lagrangian.gaps]]\nname = \"wall\"\nnormal = [1.0]\nparameters = { restitution = 0.0, friction = 0.0 }\n";
+    bench.summary(scene, &["--no-figures"]);
+    let given = scene.replace("step = 1e-3", "step = 1e-3\ntheta = 0.5");
+    let output = bench.run(&given, &["--no-figures"]);
+    assert!(stderr(&output).contains("`wall`"), "the gap is named: {}", stderr(&output));
 }

@@ -1,8 +1,9 @@
 //! From a scene and a run to a scheme ready to step.
 
+use std::borrow::Cow;
+
 use nalgebra::SVector;
 
-use super::decompose::convex_parts;
 use super::format::InterfaceSpec;
 use super::names::{Directory, Groups};
 use super::obstacles::check_obstacles;
@@ -55,6 +56,16 @@ impl InterfaceSpec {
     }
 }
 
+impl Scene {
+    /// Whatever has a law: the interfaces, limits of joints and gaps of a Lagrangian system.
+    pub(super) fn all_interfaces(&self) -> impl Iterator<Item = Cow<'_, InterfaceSpec>> {
+        let limits = self.joints.iter().filter(|joint| joint.limits.is_some());
+        let gaps = self.lagrangian.iter().flat_map(|lagrangian| &lagrangian.gaps);
+        let own = limits.map(JointSpec::interface).chain(gaps.map(GapSpec::interface));
+        self.interfaces.iter().map(Cow::Borrowed).chain(own.map(Cow::Owned))
+    }
+}
+
 /// Contact dimension the runs of a scene need: 1 where every law of every run is frictionless, 3 where one has rolling
 /// resistance, else 2.
 ///
@@ -66,11 +77,7 @@ pub fn contact_dimension(
     registry: &Registry,
 ) -> Result<usize, SceneError> {
     let mut rows = Rows::Normal;
-    let limits = scene.joints.iter().filter(|joint| joint.limits.is_some());
-    let gaps = scene.lagrangian.iter().flat_map(|lagrangian| &lagrangian.gaps);
-    let own: Vec<InterfaceSpec> =
-        limits.map(JointSpec::interface).chain(gaps.map(GapSpec::interface)).collect();
-    for interface in scene.interfaces.iter().chain(&own) {
+    for interface in scene.all_interfaces() {
         for run in runs {
             let law: AnyLaw<f64, 2> = interface.law(run, registry)?;
             rows = rows.max(law.rows());
@@ -269,13 +276,7 @@ fn build_system<T: Scalar, const D: usize>(
             builder.disc(&label, id, disc.centre.map(lit), lit(disc.radius), ids[group])?;
         }
         for (polygon, &group) in body.polygons.iter().zip(&groups[body.discs.len()..]) {
-            let label = format!("{}.{}", body.name, polygon.name);
-            let parts = match polygon.decompose {
-                true => convex_parts(&label, &polygon.vertices)?,
-                false => vec![polygon.vertices.clone()],
-            };
-            for (number, part) in parts.iter().enumerate() {
-                let label = if parts.len() > 1 { format!("{label}.{}", number + 1) } else { label.clone() };
+            for (label, part) in polygon.parts(&format!("{}.{}", body.name, polygon.name))? {
                 let vertices: Vec<[T; 2]> = part.iter().map(|x| x.map(lit)).collect();
                 builder.polygon(&label, id, &vertices, ids[group])?;
             }

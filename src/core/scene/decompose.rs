@@ -1,6 +1,7 @@
 //! Convex parts of simple polygons: ears are cut off (Meisters 1975), and parts joined again while they stay convex (Hertel &
 //! Mehlhorn 1983), which leaves at most four times as many as the fewest.
 
+use super::PolygonSpec;
 use crate::system::SystemError;
 
 /// Most vertices of an outline.
@@ -28,11 +29,29 @@ fn meet([a, b]: [Point; 2], [c, d]: [Point; 2]) -> bool {
         || (x == 0.0 && within(c, d, b))
 }
 
+impl PolygonSpec {
+    /// The polygons it stands for, each with its label: itself, or its convex parts.
+    ///
+    /// # Errors
+    /// [`SystemError::Polygon`] for an outline that cannot be decomposed.
+    pub(super) fn parts(&self, label: &str) -> Result<Vec<(String, Vec<Point>)>, SystemError> {
+        if !self.decompose {
+            return Ok(vec![(label.into(), self.vertices.clone())]);
+        }
+        let parts = convex_parts(label, &self.vertices)?;
+        let several = parts.len() > 1;
+        let labelled = parts.into_iter().enumerate().map(|(number, part)| {
+            (if several { format!("{label}.{}", number + 1) } else { label.into() }, part)
+        });
+        Ok(labelled.collect())
+    }
+}
+
 /// The strictly convex, counterclockwise parts of the simple polygon `vertices`, which may run either way round.
 ///
 /// # Errors
 /// [`SystemError::Polygon`]: a vertex that is not finite, an outline that crosses itself, none that encloses anything.
-pub(super) fn convex_parts(label: &str, vertices: &[Point]) -> Result<Vec<Vec<Point>>, SystemError> {
+fn convex_parts(label: &str, vertices: &[Point]) -> Result<Vec<Vec<Point>>, SystemError> {
     let error = |vertex, reason| Err(SystemError::Polygon { label: label.into(), vertex, reason });
     let n = vertices.len();
     if !(3..=MOST).contains(&n) {

@@ -207,9 +207,9 @@ pub struct LoadSpec {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PolygonSpec {
-    /// Name, unique in the body; interfaces call it `body.polygon`.
+    /// Name, unique in the body or obstacle; interfaces call it `body.polygon`.
     pub name: String,
-    /// Vertices in the frame of the body (m), counterclockwise, strictly convex unless it is decomposed.
+    /// Vertices in its frame (m), counterclockwise, strictly convex unless it is decomposed.
     pub vertices: Vec<[f64; 2]>,
     /// Split the outline, any one that does not cross itself, into convex parts, which are called `body.polygon.1` and so on
     /// in outputs.

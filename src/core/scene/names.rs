@@ -56,8 +56,13 @@ impl Directory {
         Ok(Self { contactors, obstacles, planes })
     }
 
+    /// What is no body's: the shapes of obstacles, and half-planes.
+    pub(super) fn others(&self) -> impl Iterator<Item = &Names> {
+        self.obstacles.iter().flatten().chain(&self.planes)
+    }
+
     fn all(&self) -> impl Iterator<Item = &Names> {
-        self.contactors.iter().chain(&self.obstacles).flatten().chain(&self.planes)
+        self.contactors.iter().flatten().chain(self.others())
     }
 
     /// Checks that every side of every interface names something.

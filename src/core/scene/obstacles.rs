@@ -30,7 +30,7 @@ pub struct ObstacleSpec {
     /// Discs and points.
     #[serde(default)]
     pub discs: Vec<DiscSpec>,
-    /// Convex polygons.
+    /// Polygons.
     #[serde(default)]
     pub polygons: Vec<PolygonSpec>,
     /// Chains of segments: profiles, channels, boxes.
@@ -127,8 +127,10 @@ impl ObstacleSpec {
             builder.disc(&label(&disc.name), ground, place(&disc.centre), lit(disc.radius), group)?;
         }
         for (polygon, group) in self.polygons.iter().zip(groups.by_ref().take(self.polygons.len())) {
-            let vertices: Vec<[T; 2]> = polygon.vertices.iter().map(place).collect();
-            builder.polygon(&label(&polygon.name), ground, &vertices, group)?;
+            for (label, part) in polygon.parts(&label(&polygon.name))? {
+                let vertices: Vec<[T; 2]> = part.iter().map(place).collect();
+                builder.polygon(&label, ground, &vertices, group)?;
+            }
         }
         for (chain, group) in self.chains.iter().zip(groups.by_ref().take(self.chains.len())) {
             let points: Vec<[T; 2]> = chain.points.iter().map(place).collect();

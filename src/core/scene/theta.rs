@@ -22,7 +22,7 @@ impl Scene {
             return THETA;
         }
         let (mut low, mut high) = (0.0_f64, 1.0_f64);
-        for interface in &self.interfaces {
+        for interface in self.all_interfaces() {
             let Ok(law) = interface.law_of::<f64, 2>(run_law, registry) else { continue };
             if let Some(claimed) = law.dissipative_theta() {
                 (low, high) = (low.max(*claimed.start()), high.min(*claimed.end()));
@@ -42,7 +42,7 @@ impl Scene {
         if self.time.allow_unproved_theta || !(0.0..=1.0).contains(&theta) {
             return Ok(());
         }
-        for spec in &self.interfaces {
+        for spec in self.all_interfaces() {
             let law: AnyLaw<f64, 2> = spec.law_of(&run.law, registry)?;
             let Some(claimed) = law.dissipative_theta() else { continue };
             let (min, max) = (*claimed.start(), *claimed.end());

@@ -72,17 +72,17 @@ impl fmt::Display for SceneWarning {
     }
 }
 
-/// What stands on the same sides of all interfaces: bodies (by index), and whether a half-plane is among it.
+/// What stands on the same sides of all interfaces: bodies (by index), and whether an obstacle or a half-plane is among it.
 #[derive(Default)]
 struct Alike {
     bodies: BTreeSet<usize>,
-    plane: bool,
+    other: bool,
 }
 
 impl Alike {
     /// Whether there is something else here than `body`.
     fn meets(&self, body: usize) -> bool {
-        self.plane || self.bodies.iter().any(|&other| other != body)
+        self.other || self.bodies.iter().any(|&other| other != body)
     }
 }
 
@@ -115,8 +115,8 @@ impl Scene {
                 alike.entry(Directory::sides(self, names)).or_default().bodies.insert(body);
             }
         }
-        for names in &directory.planes {
-            alike.entry(Directory::sides(self, names)).or_default().plane = true;
+        for names in directory.others() {
+            alike.entry(Directory::sides(self, names)).or_default().other = true;
         }
         let mut names = Vec::new();
         for (own, (body, shapes)) in self.bodies.iter().zip(&directory.contactors).enumerate() {
@@ -157,14 +157,12 @@ impl Scene {
                 })
                 .map(|(body, _)| body)
                 .collect();
-            let planes = directory
-                .planes
-                .iter()
-                .any(|names| interface.between.iter().any(|side| names.contains(side)));
+            let others =
+                directory.others().any(|names| interface.between.iter().any(|side| names.contains(side)));
             warnings.push(SceneWarning::UnusedInterface {
                 interface: interface.label(),
                 parameters: interface.parameters.keys().map(|name| format!("`{name}`")).collect(),
-                one_body: bodies.len() == 1 && !planes,
+                one_body: bodies.len() == 1 && !others,
             });
         }
         Ok(())
