@@ -12,7 +12,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("cone", &["laws", "linalg", "scalar"]),
     ("contact", &["laws", "linalg", "scalar"]),
     ("geometry", &["scalar"]),
-    ("mesh", &[]),
+    ("mesh", &["linalg"]),
     ("system", &["contact", "linalg", "mesh", "scalar"]),
     ("solver", &["cone", "linalg", "scalar"]),
     ("registry", &["laws", "scalar", "solver"]),

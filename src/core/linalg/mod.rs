@@ -11,6 +11,7 @@ mod cholesky;
 mod compensated;
 mod error;
 mod factor;
+pub(crate) mod forest;
 mod front;
 mod multifrontal;
 mod panel;

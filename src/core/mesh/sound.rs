@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{Element, Mesh, MeshError, MeshNote, Node, Shape};
+use crate::linalg::forest::join;
 
 impl Mesh {
     /// A mesh from its parts; the body is made of the triangles, or of the lines where there are none. Groups hold
@@ -67,7 +68,11 @@ impl Mesh {
             .collect();
         let element_place = places(&kept);
         let moved = |node: usize| node_place[node].unwrap_or(node);
-        self.elements.retain(|element| element.shape.nodes().iter().all(|&node| used[node]));
+        let mut index = 0;
+        self.elements.retain(|_| {
+            index += 1;
+            kept[index - 1]
+        });
         for element in &mut self.elements {
             element.shape = match element.shape {
                 Shape::Point(nodes) => Shape::Point(nodes.map(moved)),
@@ -182,19 +187,10 @@ impl Mesh {
 
     fn count_parts(&mut self) {
         let mut parent: Vec<usize> = (0..self.nodes.len()).collect();
-        fn root(parent: &mut [usize], mut node: usize) -> usize {
-            while parent[node] != node {
-                parent[node] = parent[parent[node]];
-                node = parent[node];
-            }
-            node
-        }
         let mut count = self.nodes.len();
         for element in self.elements.iter().filter(|element| element.shape.dimension() == self.dimension) {
             for pair in element.shape.nodes().windows(2) {
-                let [a, b] = [pair[0], pair[1]].map(|node| root(&mut parent, node));
-                parent[a] = b;
-                count -= usize::from(a != b);
+                count -= usize::from(join(&mut parent, pair[0], pair[1]));
             }
         }
         if count > 1 {

@@ -146,13 +146,12 @@ impl Scene {
         let path = folder.join("summary.json");
         let summary = AtomicFile::create(&path).map_err(cannot_write(&path))?;
         let (mut series, mut done) = (Vec::new(), 0);
-        let has_mesh = simulations.first().is_some_and(|simulation| simulation.mesh().is_some());
-        manifest.announce(self.files(options, &runs, has_mesh))?;
+        let mesh = simulations.first().and_then(|simulation| simulation.mesh().cloned());
+        manifest.announce(self.files(options, &runs, mesh.is_some()))?;
         if let Some(checkpoint) = &checkpoint {
             done = checkpoint.finished.len();
             (written.summaries, series) = checkpoint.finished.iter().cloned().unzip();
         }
-        let mesh = simulations.first().and_then(|simulation| simulation.mesh().cloned());
         let mut frames = BTreeMap::new();
         for (run, mut simulation) in runs.iter().zip(simulations).skip(done) {
             let mut under_way = UnderWay {

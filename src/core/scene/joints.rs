@@ -6,6 +6,7 @@ use serde::Deserialize;
 
 use super::build::AnyLaw;
 use super::format::InterfaceSpec;
+use super::obstacles::turned;
 use super::{PlannedRun, Scene, SceneError};
 use crate::registry::Registry;
 use crate::scalar::{Scalar, lit};
@@ -129,8 +130,7 @@ fn ends(
         return Ok(Ends { bodies: (body, Some(mover)), on, axis, turned: 0.0 });
     }
     let obstacle = &scene.obstacles[place];
-    let (sin, cos) = obstacle.angle.sin_cos();
-    let axis = axis.map(|[x, y]| [cos * x - sin * y, sin * x + cos * y]);
+    let axis = axis.map(|axis| turned(axis, obstacle.angle));
     Ok(Ends { bodies: (body, None), on: obstacle.place(on), axis, turned: obstacle.angle })
 }
 

@@ -175,15 +175,8 @@ impl LagrangianSpec {
             let columns = move |_: &[T], push: &mut dyn FnMut(usize, SVector<T, D>)| {
                 for (dof, (&n, &t)) in normal.iter().zip(&tangent).enumerate() {
                     if n != T::zero() || t != T::zero() {
-                        let entry = |row| {
-                            if row == 0 {
-                                n
-                            } else if row == 1 {
-                                t
-                            } else {
-                                T::zero()
-                            }
-                        };
+                        let entries = [n, t];
+                        let entry = |row: usize| entries.get(row).copied().unwrap_or_else(T::zero);
                         push(dof, SVector::from_fn(|row, _| entry(row)));
                     }
                 }

@@ -91,6 +91,12 @@ pub struct ArcSpec {
     pub to: Option<f64>,
 }
 
+/// A vector turned by an angle (rad).
+pub(super) fn turned([x, y]: [f64; 2], angle: f64) -> [f64; 2] {
+    let (sin, cos) = angle.sin_cos();
+    [cos * x - sin * y, sin * x + cos * y]
+}
+
 impl ObstacleSpec {
     /// Names of the shapes, in the order in which they are built.
     pub(super) fn shapes(&self) -> impl Iterator<Item = &String> {
@@ -107,8 +113,8 @@ impl ObstacleSpec {
 
     /// A point of its frame in the fixed frame.
     pub(super) fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let (sin, cos) = self.angle.sin_cos();
-        [self.position[0] + cos * x - sin * y, self.position[1] + sin * x + cos * y]
+        let [x, y] = turned([x, y], self.angle);
+        [self.position[0] + x, self.position[1] + y]
     }
 
     /// Adds the shapes, each in its group.
@@ -121,7 +127,7 @@ impl ObstacleSpec {
         let mut groups = groups.iter().copied();
         let label = |name: &String| format!("{}.{name}", self.name);
         // What is fixed is given in the fixed frame, what moves in its own.
-        let (ground, turned) = (id.unwrap_or(BodyId::GROUND), if id.is_some() { 0.0 } else { self.angle });
+        let (ground, by) = (id.unwrap_or(BodyId::GROUND), if id.is_some() { 0.0 } else { self.angle });
         let place = |x: &[f64; 2]| if id.is_some() { *x } else { self.place(*x) }.map(lit::<T>);
         for (disc, group) in self.discs.iter().zip(groups.by_ref().take(self.discs.len())) {
             builder.disc(&label(&disc.name), ground, place(&disc.centre), lit(disc.radius), group)?;
@@ -139,16 +145,14 @@ impl ObstacleSpec {
         for (arc, group) in self.arcs.iter().zip(groups.by_ref().take(self.arcs.len())) {
             let angles = match (arc.from, arc.to) {
                 (None, None) => None,
-                (Some(from), Some(to)) => Some([from, to].map(|angle| lit(turned + angle))),
+                (Some(from), Some(to)) => Some([from, to].map(|angle| lit(by + angle))),
                 _ => return Err(SceneError::HalfArc { arc: label(&arc.name) }),
             };
             let circle = (place(&arc.centre), lit(arc.radius));
             builder.arc(&label(&arc.name), ground, circle, arc.side, angles, group)?;
         }
         for (plane, group) in self.half_planes.iter().zip(groups) {
-            let (sin, cos) = turned.sin_cos();
-            let [x, y] = plane.normal;
-            let normal = [cos * x - sin * y, sin * x + cos * y].map(lit::<T>);
+            let normal = turned(plane.normal, by).map(lit::<T>);
             builder.half_plane_of(&label(&plane.name), ground, place(&plane.point), normal, group)?;
         }
         Ok(id)

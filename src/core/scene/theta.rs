@@ -3,12 +3,10 @@
 use super::build::AnyLaw;
 use super::{PlannedRun, Scene, SceneError};
 use crate::registry::Registry;
+use crate::scheme::{claim_slack, claims};
 
 /// θ of a scene without laws that want another: the only one of second order.
 const THETA: f64 = 0.5;
-
-/// θ and the ends of an interval are rounded: 1/(1+e) typed by hand must pass.
-const SLACK: f64 = 4.0 * f64::EPSILON;
 
 impl Scene {
     /// θ of the runs under a law: that of the scene, or where it has none the nearest to ½ for which all laws of the run are
@@ -38,6 +36,7 @@ impl Scene {
     /// [`SceneError::NoTheta`] where no θ is inside that of each.
     pub(super) fn check_theta(&self, run: &PlannedRun, registry: &Registry) -> Result<(), SceneError> {
         let (theta, (mut low, mut high)) = (run.theta, (0.0_f64, 1.0_f64));
+        let slack = claim_slack::<f64>();
         // What is no θ at all the scheme refuses.
         if self.time.allow_unproved_theta || !(0.0..=1.0).contains(&theta) {
             return Ok(());
@@ -48,10 +47,10 @@ impl Scene {
             let (min, max) = (*claimed.start(), *claimed.end());
             let (law, interface) = (law.name().to_string(), spec.label());
             let is_given = self.time.theta.is_some();
-            if is_given && !(min - SLACK..=max + SLACK).contains(&theta) {
+            if is_given && !claims(&claimed, theta) {
                 return Err(SceneError::UnprovedTheta { interface, law, theta, min, max });
             }
-            if !is_given && (min > high + SLACK || max < low - SLACK) {
+            if !is_given && (min > high + slack || max < low - slack) {
                 return Err(SceneError::NoTheta { interface, law, min, max, low, high });
             }
             (low, high) = (low.max(min), high.min(max));

@@ -8,6 +8,7 @@
 use nalgebra::SVector;
 
 use crate::cone::{BlockMatrix, ConeProblem};
+use crate::linalg::forest::{join, root};
 use crate::scalar::{Scalar, lit};
 use crate::solver::{Accuracy, ConeSolver, Solution, SolveError, solve_or_rescue};
 
@@ -68,15 +69,6 @@ impl<T: Scalar, const D: usize> Default for Islands<T, D> {
 }
 
 impl<T: Scalar, const D: usize> Islands<T, D> {
-    fn root(&mut self, mut contact: usize) -> usize {
-        while self.parent[contact] != contact {
-            let up = self.parent[self.parent[contact]];
-            self.parent[contact] = up;
-            contact = up;
-        }
-        contact
-    }
-
     /// Finds the islands of `w` and returns their number.
     pub(super) fn split(&mut self, w: &BlockMatrix<T, D>) -> usize {
         let contacts = w.rows();
@@ -84,14 +76,12 @@ impl<T: Scalar, const D: usize> Islands<T, D> {
         self.parent.extend(0..contacts);
         for i in 0..contacts {
             for (j, _) in w.row(i).take_while(|&(j, _)| j < i) {
-                let (a, b) = (self.root(i), self.root(j));
                 // The smallest contact stands for its island, so that islands come in the order of their contacts.
-                self.parent[a.max(b)] = a.min(b);
+                join(&mut self.parent, i, j);
             }
         }
         for i in 0..contacts {
-            let root = self.root(i);
-            self.parent[i] = root;
+            self.parent[i] = root(&mut self.parent, i);
         }
         let Self { parent, order, ends, place, .. } = self;
         order.clear();

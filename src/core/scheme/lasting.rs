@@ -37,6 +37,7 @@ use super::{ContactStep, Settings};
 use crate::cone::ConeProblem;
 use crate::contact::ContactId;
 use crate::laws::ContactLaw;
+use crate::linalg::forest::{join, root};
 use crate::linalg::{BlockRows, Factor, Symmetric};
 use crate::scalar::{Scalar, lit, to_f64};
 use crate::system::Dynamics;
@@ -125,19 +126,6 @@ pub(super) struct LastingMark {
     left: f64,
     pull: Vec<f64>,
     before: Vec<(ContactId, f64, bool)>,
-}
-
-pub(super) fn root(parent: &mut [usize], mut dof: usize) -> usize {
-    while parent[dof] != dof {
-        parent[dof] = parent[parent[dof]];
-        dof = parent[dof];
-    }
-    dof
-}
-
-fn join(parent: &mut [usize], one: usize, other: usize) {
-    let (one, other) = (root(parent, one), root(parent, other));
-    parent[one.max(other)] = one.min(other);
 }
 
 impl<T: Scalar> Lasting<T> {
@@ -287,10 +275,14 @@ impl<T: Scalar> Lasting<T> {
         for row in 0..contacts.len() {
             let mut dofs = rows.row(row).map(|(dof, _)| dof);
             if let Some(first) = dofs.next() {
-                dofs.for_each(|dof| join(parent, first, dof));
+                dofs.for_each(|dof| {
+                    join(parent, first, dof);
+                });
             }
         }
-        self.joined.iter().for_each(|&(one, other)| join(parent, one, other));
+        self.joined.iter().for_each(|&(one, other)| {
+            join(parent, one, other);
+        });
         if self.theta_rest == theta {
             return;
         }

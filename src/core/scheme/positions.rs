@@ -12,10 +12,11 @@
 use nalgebra::SVector;
 
 use super::active_set::ActiveSet;
-use super::lasting::{Entry, Lasting, root};
+use super::lasting::{Entry, Lasting};
 use super::record::{ContactStep, Next};
 use super::{Settings, ThetaScheme};
 use crate::cone::BlockMatrix;
+use crate::linalg::forest::root;
 use crate::linalg::{BlockRows, dot};
 use crate::scalar::{Scalar, lit};
 

@@ -14,6 +14,7 @@ use nalgebra::SVector;
 
 use super::ContactStep;
 use crate::contact::ContactId;
+use crate::linalg::forest::{join, root};
 use crate::linalg::{BlockRows, Symmetric};
 use crate::scalar::{Scalar, lit, to_f64};
 use crate::system::Dynamics;
@@ -50,15 +51,6 @@ pub(super) struct Rest<T: Scalar, const D: usize> {
     /// Contacts of sleepers with their islands, ordered by identity, and the contacts alone.
     contacts: Vec<(ContactStep<T, D>, usize)>,
     listed: Vec<ContactStep<T, D>>,
-}
-
-/// The body that stands for the island of `body`.
-fn root(island: &mut [usize], mut body: usize) -> usize {
-    while island[body] != body {
-        island[body] = island[island[body]];
-        body = island[body];
-    }
-    body
 }
 
 /// [`Rest`] as plain numbers.
@@ -259,10 +251,7 @@ impl<T: Scalar, const D: usize> Rest<T, D> {
             let mut first = None;
             for body in rows.row(row).map(|(dof, _)| dof / unit) {
                 self.least[body] = self.quiet[body];
-                let own = root(&mut self.island, body);
-                let other = *first.get_or_insert(own);
-                self.island[own.max(other)] = own.min(other);
-                first = Some(own.min(other));
+                join(&mut self.island, *first.get_or_insert(body), body);
             }
         }
         for body in 0..self.asleep.len() {

@@ -1,6 +1,8 @@
 //! The settings of the scheme, and what is checked before the first step.
 
 use super::no_joints::joints_of;
+use std::ops::RangeInclusive;
+
 use nalgebra::SVector;
 
 use super::joints::{LEAST_ROUNDING, ROUNDING};
@@ -70,6 +72,17 @@ pub(super) fn check_settings<T: Scalar>(settings: &Settings<T>) -> Result<(), Se
     Ok(())
 }
 
+/// What rounding takes from θ and from the ends of an interval: 1/(1+e) typed by hand must pass.
+pub(crate) fn claim_slack<T: Scalar>() -> T {
+    lit::<T>(4.0) * epsilon::<T>()
+}
+
+/// Whether an interval that a law claims holds θ, to rounding.
+pub(crate) fn claims<T: Scalar>(claimed: &RangeInclusive<T>, theta: T) -> bool {
+    let slack = claim_slack::<T>();
+    *claimed.start() - slack <= theta && theta <= *claimed.end() + slack
+}
+
 pub(super) fn check_laws<T: Scalar, const D: usize>(
     laws: &[Box<dyn ContactLaw<T, D>>],
     interfaces: usize,
@@ -79,16 +92,13 @@ pub(super) fn check_laws<T: Scalar, const D: usize>(
         return Err(SetupError::Laws { interfaces, laws: laws.len() });
     }
     let theta = settings.theta;
-    // θ and the ends of the interval are rounded: 1/(1+e) typed by hand must pass.
-    let slack = lit::<T>(4.0) * epsilon::<T>();
     for (interface, law) in laws.iter().enumerate() {
         let name = || law.name().to_string();
-        if let (Some(claimed), false) = (law.dissipative_theta(), settings.allow_unproved_theta) {
-            let (min, max) = (*claimed.start(), *claimed.end());
-            if !(min - slack <= theta && theta <= max + slack) {
-                let (theta, min, max) = (to_f64(theta), to_f64(min), to_f64(max));
-                return Err(SetupError::UnprovedTheta { law: name(), interface, theta, min, max });
-            }
+        if let (Some(claimed), false) = (law.dissipative_theta(), settings.allow_unproved_theta)
+            && !claims(&claimed, theta)
+        {
+            let (theta, min, max) = (to_f64(theta), to_f64(*claimed.start()), to_f64(*claimed.end()));
+            return Err(SetupError::UnprovedTheta { law: name(), interface, theta, min, max });
         }
         let memory = vec![T::zero(); law.memory()];
         let at_rest = Approach::impact(SVector::zeros(), theta).with_memory(&memory);

@@ -16,15 +16,6 @@ fn line(first: Feature, second: Feature) -> Meeting {
     Meeting { first, second, carrier: Carrier::Line }
 }
 
-/// Appends the contact of `meeting` if its gap is within `reach`.
-pub(super) fn push<T: Scalar>(pair: &Pair<'_, T>, meeting: Meeting, reach: T, out: &mut Vec<Contact<T>>) {
-    if let Some(contact) = pair.resolve(&meeting)
-        && contact.gap <= reach
-    {
-        out.push(contact);
-    }
-}
-
 /// The centre of the ball b and polyhedron a.
 pub(super) fn ball_and_polyhedron<T: Scalar>(
     pair: &Pair<'_, T>,
@@ -34,7 +25,7 @@ pub(super) fn ball_and_polyhedron<T: Scalar>(
 ) {
     let tolerances = Tolerances::of(hull.radius(), pair.b.skin());
     let centre = pair.at.turn_back(&pair.between);
-    push(pair, end_meeting(to_polyhedron(hull, &centre, tolerances.length).0, 0), reach, out);
+    pair.push(end_meeting(to_polyhedron(hull, &centre, tolerances.length).0, 0), reach, out);
 }
 
 /// A feature of the first shape met by end `vertex` of the second.
@@ -79,11 +70,11 @@ pub(super) fn capsules<T: Scalar>(pair: &Pair<'_, T>, reach: T, out: &mut Vec<Co
         {
             continue;
         }
-        push(pair, line(Feature::Vertex(i), found), reach, out);
+        pair.push(line(Feature::Vertex(i), found), reach, out);
     }
     for j in 0..of_b {
         if next_to(a, of_a, &b[j as usize]) == Feature::Edge(0) {
-            push(pair, line(Feature::Edge(0), Feature::Vertex(j)), reach, out);
+            pair.push(line(Feature::Edge(0), Feature::Vertex(j)), reach, out);
         }
     }
     if of_a + of_b == 4
@@ -93,7 +84,7 @@ pub(super) fn capsules<T: Scalar>(pair: &Pair<'_, T>, reach: T, out: &mut Vec<Co
         && between_ends(s, u.norm(), length)
         && between_ends(t, v.norm(), length)
     {
-        push(pair, line(Feature::Edge(0), Feature::Edge(0)), reach, out);
+        pair.push(line(Feature::Edge(0), Feature::Edge(0)), reach, out);
     }
 }
 
@@ -137,7 +128,7 @@ impl<T: Scalar> NarrowPhase<T> {
             let second = Feature::Edge(0);
             let crossing = Meeting { first: Feature::Edge(edge), second, carrier: Carrier::Edges };
             if !out[start..].iter().any(|known| known.meeting.id() == crossing.id()) {
-                push(pair, crossing, reach, out);
+                pair.push(crossing, reach, out);
             }
             return;
         }
@@ -146,7 +137,7 @@ impl<T: Scalar> NarrowPhase<T> {
             let height = |end: &Vector3<T>| hull.normals[face].dot(end);
             let lower = u32::from(height(&ends[1]) < height(&ends[0]));
             if out.len() == start && !hull.is_over(face, &ends[lower as usize], tolerances.length) {
-                push(pair, end_meeting(Feature::Face(face as u32), lower), reach, out);
+                pair.push(end_meeting(Feature::Face(face as u32), lower), reach, out);
             }
             return;
         }
@@ -177,7 +168,7 @@ impl<T: Scalar> NarrowPhase<T> {
         axis.set(ring, false, |i| flat(&ends[i as usize]));
         let on_face = Carrier::First(face as u32);
         corners(outline, axis, tolerance, &mut self.distances, |corner| match corner {
-            Corner::Second(end) => push(pair, end_meeting(Feature::Face(face as u32), end), reach, out),
+            Corner::Second(end) => pair.push(end_meeting(Feature::Face(face as u32), end), reach, out),
             Corner::Crossing(edge, _) => {
                 let [from, to] = hull.edges[edge as usize].vertices.map(|v| hull.vertices[v as usize]);
                 let side = to - from;
@@ -185,7 +176,7 @@ impl<T: Scalar> NarrowPhase<T> {
                     sqrt(side.cross(&along).norm_squared()) <= lit::<T>(SINE) * side.norm() * along.norm();
                 let carrier = if parallel { on_face } else { Carrier::Edges };
                 let meeting = Meeting { first: Feature::Edge(edge), second: Feature::Edge(0), carrier };
-                push(pair, meeting, reach, out);
+                pair.push(meeting, reach, out);
             }
             Corner::First(_) => {}
         });
@@ -246,14 +237,14 @@ fn outside<T: Scalar>(
     let distances = hull.edges.iter().enumerate().filter_map(inner).map(|(distance, _)| distance);
     let between = distances.fold(infinity(), min);
     for (end, feature) in (0..).zip(near) {
-        push(pair, end_meeting(feature, end), reach, out);
+        pair.push(end_meeting(feature, end), reach, out);
     }
     // Several where the axis is parallel to an edge; a vertex belongs to several edges.
     let start = out.len();
     for (distance, meeting) in hull.edges.iter().enumerate().filter_map(inner) {
         let known = |found: &Contact<T>| found.meeting.id() == meeting.id();
         if distance <= between + tolerances.edge && !out[start..].iter().any(known) {
-            push(pair, meeting, reach, out);
+            pair.push(meeting, reach, out);
         }
     }
 }

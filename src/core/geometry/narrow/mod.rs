@@ -9,7 +9,7 @@ mod separate;
 
 use nalgebra::Vector3;
 
-use self::capsule::{ball_and_polyhedron, capsules, push};
+use self::capsule::{ball_and_polyhedron, capsules};
 use self::outline::Outline;
 use self::resolve::Pair;
 use self::separate::Placed;
@@ -93,7 +93,7 @@ impl<T: Scalar> NarrowPhase<T> {
             (Kind::Ball { .. }, None, Kind::Ball { .. }) => {
                 let meeting =
                     Meeting { first: Feature::Vertex(0), second: Feature::Vertex(0), carrier: Carrier::Line };
-                push(pair, meeting, reach, out);
+                pair.push(meeting, reach, out);
             }
             (_, None, _) => capsules(pair, reach, out),
         }
@@ -124,14 +124,14 @@ fn half_space<T: Scalar>(pair: &Pair<'_, T>, reach: T, out: &mut Vec<Contact<T>>
                 // A level rim has no lowest point, and a tip is a vertex.
                 let tilted = round.lowest(rim, &down).is_some_and(|(_, steep)| steep > lit(1e-9));
                 if tilted && round.rims[rim][0] > T::zero() {
-                    push(pair, on_face(Feature::Rim(rim as u32)), reach, out);
+                    pair.push(on_face(Feature::Rim(rim as u32)), reach, out);
                 }
             }
             round.facets.vertices.len()
         }
     };
     for vertex in 0..vertices {
-        push(pair, on_face(Feature::Vertex(vertex as u32)), reach, out);
+        pair.push(on_face(Feature::Vertex(vertex as u32)), reach, out);
     }
 }
 
@@ -143,5 +143,5 @@ fn round_and_ball<T: Scalar>(pair: &Pair<'_, T>, round: &Round<T>, reach: T, out
         Feature::Face(face) => Carrier::First(face),
         _ => Carrier::Line,
     };
-    push(pair, Meeting { first, second: Feature::Vertex(0), carrier }, reach, out);
+    pair.push(Meeting { first, second: Feature::Vertex(0), carrier }, reach, out);
 }

@@ -68,13 +68,7 @@ impl<T: Scalar> NarrowPhase<T> {
             second: Feature::Edge(j),
             carrier,
         };
-        let mut emit = |meeting: Meeting| {
-            if let Some(contact) = pair.resolve(&meeting)
-                && contact.gap <= reach
-            {
-                out.push(contact);
-            }
-        };
+        let mut emit = |meeting| pair.push(meeting, reach, out);
         let mut also = None;
         if let Some((edges, from_edges, axis)) = pair_of_edges {
             if from_edges > reach {

@@ -91,6 +91,16 @@ impl<'a, T: Scalar> Pair<'a, T> {
         Self { a, at, b, bt, between: at.to(bt) }
     }
 
+    /// Appends the contact of `meeting` if its gap is within `reach`.
+    #[inline]
+    pub(super) fn push(&self, meeting: Meeting, reach: T, out: &mut Vec<Contact<T>>) {
+        if let Some(contact) = self.resolve(&meeting)
+            && contact.gap <= reach
+        {
+            out.push(contact);
+        }
+    }
+
     #[inline]
     pub(super) fn swapped(&self) -> Self {
         Self { a: self.b, at: self.bt, b: self.a, bt: self.at, between: -self.between }

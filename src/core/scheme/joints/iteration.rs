@@ -1,6 +1,5 @@
 //! Newton's method on velocities and multipliers, under given percussions.
 
-use crate::scheme::no_joints::joints_of;
 use nalgebra::SVector;
 
 use super::schur::solve;
@@ -8,6 +7,7 @@ use super::span::{Iterate, Span};
 use super::{Bilateral, LeftOver, ROUNDING, STAGNATION};
 use crate::linalg::{Factor, axpy, max_abs};
 use crate::scalar::{Scalar, epsilon, lit};
+use crate::scheme::no_joints::joints_of;
 use crate::system::Dynamics;
 
 /// K̂ is not to fall below this share of M̂: it stays positive definite.

@@ -22,12 +22,12 @@
 //! the proximal method of multipliers: residuals are those of the rigid rows, the iteration gains a factor of that share, and
 //! of the multipliers that rows could share in any way it takes those nearest to none.
 
-use crate::scheme::no_joints::joints_of;
 use nalgebra::SVector;
 
 use super::{Bilateral, ROUNDING};
 use crate::linalg::BlockRows;
 use crate::scalar::{Scalar, epsilon, lit};
+use crate::scheme::no_joints::joints_of;
 use crate::system::{Dynamics, RowLaw};
 
 /// Ridge of redundant rows, in their diagonal entry of S.

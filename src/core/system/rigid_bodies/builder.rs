@@ -289,6 +289,32 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         self.joint(label, (body, at), (other, on), Some(angle))
     }
 
+    /// The ends of what connects a body to another or to the ground; one of the two moves under forces.
+    pub(super) fn connected(
+        &self,
+        what: &str,
+        (body, at): (BodyId, [T; 2]),
+        (other, on): (Option<BodyId>, [T; 2]),
+    ) -> Result<(Side<T>, Side<T>), SystemError> {
+        let body = known("body", body.0, self.bodies.len())?;
+        let other = other.filter(|&other| other != BodyId::GROUND);
+        let other = other.map(|other| known("body", other.0, self.bodies.len())).transpose()?;
+        let refuse = |what, range| Err(SystemError::OutOfRange { what, value: body as f64, range });
+        if other == Some(body) {
+            return refuse(format!("other body of {what}"), "another body");
+        }
+        let free = self.free_bodies();
+        if body >= free && other.is_none_or(|other| other >= free) {
+            return refuse(format!("body of {what}"), "one that moves under forces, or its other is");
+        }
+        Ok((Side { body: Some(body), point: at.into() }, Side { body: other, point: on.into() }))
+    }
+
+    /// Number of bodies that move under forces.
+    fn free_bodies(&self) -> usize {
+        self.bodies.len() - self.moved.len()
+    }
+
     fn joint(
         &mut self,
         label: &str,
@@ -296,23 +322,9 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         (other, on): (Option<BodyId>, [T; 2]),
         angle: Option<T>,
     ) -> Result<(), SystemError> {
-        let body = known("body", body.0, self.bodies.len())?;
-        let other = other.filter(|&other| other != BodyId::GROUND);
-        let other = other.map(|other| known("body", other.0, self.bodies.len())).transpose()?;
+        let (a, b) = self.connected(&format!("joint `{label}`"), (body, at), (other, on))?;
         let numbers = [at[0], at[1], on[0], on[1], angle.unwrap_or_else(T::zero)];
         check(|| format!("point or angle of joint `{label}`"), &numbers, |_| true, "finite")?;
-        let free = self.bodies.len() - self.moved.len();
-        if body >= free && other.is_none_or(|other| other >= free) {
-            let (what, range) =
-                (format!("body of joint `{label}`"), "one that moves under forces, or its other is");
-            return Err(SystemError::OutOfRange { what, value: body as f64, range });
-        }
-        if other == Some(body) {
-            let value = body as f64;
-            let what = format!("other body of joint `{label}`");
-            return Err(SystemError::OutOfRange { what, value, range: "another body" });
-        }
-        let (a, b) = (Side { body: Some(body), point: at.into() }, Side { body: other, point: on.into() });
         self.joints.push(Joint { label: label.into(), a, b, angle });
         Ok(())
     }
@@ -345,7 +357,7 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         group: GroupId,
     ) -> Result<(), SystemError> {
         let body = self.owner(body)?;
-        if body < self.bodies.len() - self.moved.len() {
+        if body < self.free_bodies() {
             let (what, range) = (format!("body of half-plane `{label}`"), "one that moves as told");
             return Err(SystemError::OutOfRange { what, value: body as f64, range });
         }
@@ -394,7 +406,7 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         }
         let diagonal: Vec<T> = self.bodies.iter().flat_map(|(_, b)| [b.mass, b.mass, b.inertia]).collect();
         let dofs = diagonal.len();
-        let free = self.bodies.len() - self.moved.len();
+        let free = self.free_bodies();
         let prescribed = Moved::prescribed(3 * free, self.moved)?;
         let interfaces = Interfaces::new(self.groups, &self.interfaces);
         // Only contactors of groups that meet other contactors are swept.

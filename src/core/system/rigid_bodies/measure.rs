@@ -57,19 +57,19 @@ impl<T: Scalar> Measure<T> {
             return;
         }
         let half = lit::<T>(0.5);
-        let ([lever_a, shift_a, turn_a], [lever_b, shift_b, turn_b]) = (a.motion(q, s), b.motion(q, s));
+        let ((lever_a, shift_a, turn_a), (lever_b, shift_b, turn_b)) = (a.motion(q, s), b.motion(q, s));
         let before = a.position(q) - b.position(q);
-        let change = shift_a + lever_a * turn_a.x - shift_b - lever_b * turn_b.x;
+        let change = shift_a + lever_a * turn_a - shift_b - lever_b * turn_b;
         let after = before + change;
         // What a turn of b does to the axis, at the mean offset.
         let mut swing = T::zero();
         let normal = match self {
             Self::Along(_, _, axis) => {
                 let carried = Side { point: *axis, ..*b };
-                let rate = carried.motion(q, s)[0];
+                let (rate, ..) = carried.motion(q, s);
                 swing = rate.dot(&(before + after)) * half;
                 let start = b.turned(axis, q);
-                start + rate * (turn_b.x * half)
+                start + rate * (turn_b * half)
             }
             _ => {
                 let sum = before.norm() + after.norm();
@@ -98,11 +98,11 @@ impl<T: Scalar> Side<T> {
         }
     }
 
-    /// What moves the point over a step: (its velocity per turn, the shift of its body, (turn, 0)).
-    fn motion(&self, q: &[T], s: &[T]) -> [Vector2<T>; 3] {
-        let Some(body) = self.body else { return [Vector2::zeros(); 3] };
+    /// What moves the point over a step: its displacement per turn, the shift of its body, and the turn.
+    fn motion(&self, q: &[T], s: &[T]) -> (Vector2<T>, Vector2<T>, T) {
+        let Some(body) = self.body else { return (Vector2::zeros(), Vector2::zeros(), T::zero()) };
         let i = 3 * body;
         let lever = across(&self.mean_arm(q[i + 2], s[i + 2]));
-        [lever, Vector2::new(s[i], s[i + 1]), Vector2::new(s[i + 2], T::zero())]
+        (lever, Vector2::new(s[i], s[i + 1]), s[i + 2])
     }
 }

@@ -3,10 +3,9 @@
 use nalgebra::Vector2;
 
 use super::body::{BodyId, check};
-use super::builder::{RigidBodiesBuilder, known};
+use super::builder::RigidBodiesBuilder;
 use super::element::{Acts, Element, Stop};
 use super::measure::Measure;
-use super::side::Side;
 use crate::scalar::Scalar;
 use crate::system::{Signal, SystemError};
 
@@ -40,25 +39,12 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         (body, other): (BodyId, Option<BodyId>),
         relative: Relative<T>,
     ) -> Result<Measure<T>, SystemError> {
-        let body = known("body", body.0, self.bodies.len())?;
-        let other = other.filter(|&other| other != BodyId::GROUND);
-        let other = other.map(|other| known("body", other.0, self.bodies.len())).transpose()?;
-        if other == Some(body) {
-            let what = format!("other body of `{label}`");
-            return Err(SystemError::OutOfRange { what, value: body as f64, range: "another body" });
-        }
         let (at, on) = match relative {
             Relative::Distance { at, on } | Relative::Along { at, on, .. } => (at, on),
             Relative::Angle => ([T::zero(); 2], [T::zero(); 2]),
         };
-        let free = self.bodies.len() - self.moved.len();
-        if body >= free && other.is_none_or(|other| other >= free) {
-            let (what, range) =
-                (format!("body of `{label}`"), "one that moves under forces, or its other is");
-            return Err(SystemError::OutOfRange { what, value: body as f64, range });
-        }
+        let (a, b) = self.connected(&format!("`{label}`"), (body, at), (other, on))?;
         check(|| format!("point of `{label}`"), &[at[0], at[1], on[0], on[1]], |_| true, "finite")?;
-        let (a, b) = (Side { body: Some(body), point: at.into() }, Side { body: other, point: on.into() });
         Ok(match relative {
             Relative::Distance { .. } => Measure::Distance(a, b),
             Relative::Angle => Measure::Angle(a, b),
