@@ -88,6 +88,7 @@ pub use equilibrium::{EquilibriumError, equilibrium};
 pub use error::{SetupError, StepError};
 pub use record::{ContactStep, Part, State, Step};
 pub use setup::Settings;
+#[cfg(feature = "scene")]
 pub(crate) use setup::{claim_slack, claims};
 pub use snapshot::{RestoreError, Snapshot};
 pub use theta_scheme::ThetaScheme;
