@@ -29,11 +29,14 @@ impl<T: Scalar, const D: usize> Adaptive<T, D> {
     /// Takes a scheme over. Tolerances of its active set that the user left open follow ε.
     ///
     /// # Errors
-    /// [`AdaptiveError::OutOfRange`], [`AdaptiveError::Setup`] for a system whose steps have one length, or with joints
-    /// that move.
+    /// [`AdaptiveError::OutOfRange`], [`AdaptiveError::Setup`] for a system whose steps have one length, with joints
+    /// that move, or of bodies that turn in space.
     pub fn new(mut scheme: ThetaScheme<T, D>, settings: AdaptiveSettings<T>) -> Result<Self, AdaptiveError> {
         if scheme.system().joints().is_some_and(Joints::moves) {
             return Err(SetupError::JointsAdaptive.into());
+        }
+        if scheme.system().flies() {
+            return Err(SetupError::FlightAdaptive.into());
         }
         let start = scheme.state().time;
         let (least, first, largest) = settings.check(start)?;

@@ -20,6 +20,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         if let Some(lasting) = lasting {
             lasting.assign(settings.theta, jacobian, &mut next.contacts);
         }
+        self.fly_again();
         Ok(())
     }
 
@@ -35,6 +36,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             reach = gap_tolerance + lasting.reach();
         }
         let rule = self.settings.activation.rule;
+        let ahead = self.ahead();
         self.active.candidates.clear();
         let Self {
             system,
@@ -47,7 +49,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         if rule == ActivationRule::CurrentGap {
             place.copy_from_slice(&state.q);
         } else {
-            scratch.iter_mut().zip(&state.v).for_each(|(s, &v)| *s = h * v);
+            scratch.iter_mut().zip(&state.v).for_each(|(s, &v)| *s = ahead * v);
             system.advance(&state.q, scratch, place);
         }
         let asleep = rest.as_ref().map_or(&[][..], |rest| rest.asleep());
@@ -55,7 +57,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             Some(_) => system.awake_candidates(place, reach, asleep, candidates),
             None => system.candidates(place, reach, candidates),
         }
-        crossed.find(&mut **system, &state.q, (h, &state.v), asleep, candidates);
+        crossed.find(&mut **system, &state.q, (ahead, &state.v), asleep, candidates);
         self.active.candidates.sort_unstable_by_key(|candidate| candidate.id);
         self.active.jacobian.clear();
         self.next.contacts.clear();
@@ -71,7 +73,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             }
             let row = self.active.jacobian.rows();
             let Next { scratch, place, .. } = &mut self.next;
-            let place = self.active.crossed.place(id, &*self.system, (h, &self.state), (scratch, place));
+            let place = self.active.crossed.place(id, &*self.system, (ahead, &self.state), (scratch, place));
             self.system.jacobian(id, place, &mut self.active.jacobian);
             let dofs = self.state.v.len();
             if let Some(column) = self.active.jacobian.largest_column(row).filter(|&column| column >= dofs) {
@@ -101,7 +103,8 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
                 if pace == Pace::Lasting || gap <= gap_tolerance {
                     let slow = pace != Pace::Fast;
                     // What is closed to the tolerance is closed: its rounding is no motion.
-                    let start = if slow { self.system.gap(id, &self.state.q) } else { T::zero() };
+                    let q = self.flight.as_ref().map_or(&self.state.q, |flight| &flight.q);
+                    let start = if slow { self.system.gap(id, q) } else { T::zero() };
                     let start = if start > gap_tolerance { start } else { T::zero() };
                     lasting.push(&self.active.jacobian, row, h, (id, start), pace);
                 } else {

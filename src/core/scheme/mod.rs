@@ -30,6 +30,11 @@
 //! then works, and the balance has the work by kind: springs change the elastic energy, dampers and friction are damping work,
 //! motors external work. Rows that hold the same thing twice are solved with a ridge around the multipliers; see `laws.rs`.
 //!
+//! # Bodies that turn in space
+//!
+//! A system whose velocities change without forces, J ω̇ + ω × J ω = 0, makes its step between two free flights, which keep the
+//! kinetic energy and the angular momentum: the derivation stands at the head of `flight.rs`.
+//!
 //! # Nonlinear systems
 //!
 //! For M(q) v̇ + f(t, q, v) = F + Hᵀ r with kinetic energy T = ½ v·M(q) v and potential V(q) the step is
@@ -62,6 +67,7 @@ mod equations;
 mod equilibrium;
 mod error;
 mod find_contacts;
+mod flight;
 mod islands;
 mod joints;
 mod kept;

@@ -140,7 +140,7 @@ pub(super) fn check_sizes<T: Scalar>(system: &dyn Dynamics<T>, q: &[T], v: &[T])
         ("prescribed motion", system.prescribed().is_some()),
         ("nonlinear terms", system.nonlinear().is_some()),
     ];
-    if !system.is_flat()
+    if (!system.is_flat() || system.flies())
         && let Some(&(what, _)) = linear.iter().find(|&&(_, has)| has)
     {
         return Err(SetupError::Curved { what });
@@ -171,6 +171,9 @@ pub(super) fn check_joints<T: Scalar>(
     }
     if !(settings.theta > T::zero()) {
         return Err(SetupError::JointsTheta);
+    }
+    if system.flies() {
+        return Err(SetupError::JointsFlight);
     }
     if system.nonlinear().is_some() {
         return Err(SetupError::JointsNonlinear);

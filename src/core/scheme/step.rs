@@ -21,7 +21,19 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
     ///
     /// # Errors
     /// As [`step`](Self::step).
-    pub fn step_with(&mut self, mut done: impl FnMut(Part)) -> Result<&Step<T, D>, StepError> {
+    pub fn step_with(&mut self, done: impl FnMut(Part)) -> Result<&Step<T, D>, StepError> {
+        // (q_m, v) of what turns by itself
+        self.take_off();
+        match self.make_step(done) {
+            Ok(()) => Ok(&self.last),
+            Err(error) => {
+                self.fall_back();
+                Err(error)
+            }
+        }
+    }
+
+    fn make_step(&mut self, mut done: impl FnMut(Part)) -> Result<(), StepError> {
         // α is active iff g^α(q_k + h v_k) ≤ 0 and u^α_{N,k} ≤ 0                                 (55)
         self.find_active_contacts()?;
         done(Part::ActiveSet);
@@ -51,7 +63,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         self.set_work_bounds(solution.as_ref());
         self.accept(solution, energies, balance);
         done(Part::Ledger);
-        Ok(&self.last)
+        Ok(())
     }
 
     fn accept(&mut self, solution: Option<Solution<T>>, energies: Energies<T>, balance: Balance<T>) {
@@ -62,11 +74,15 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             last,
             warm: WarmStart { contacts: older, .. },
             rest,
+            flight,
             active: ActiveSet { jacobian, .. },
             ..
         } = self;
         if let Some(nonlinear) = &mut self.equations.nonlinear {
             nonlinear.accept();
+        }
+        if let Some(flight) = flight {
+            std::mem::swap(&mut next.v, &mut flight.after);
         }
         std::mem::swap(&mut state.q, &mut next.q);
         std::mem::swap(&mut state.v, &mut next.v);

@@ -5,6 +5,7 @@ use super::arms::Arms;
 use super::clock::Clock;
 use super::cones::{Cones, WarmStart};
 use super::equations::Equations;
+use super::flight::Flight;
 use super::joints::Bilateral;
 use super::lasting::Lasting;
 use super::matrix::Matrix;
@@ -41,6 +42,7 @@ pub struct ThetaScheme<T: Scalar, const D: usize> {
     pub(super) cones: Cones<T, D>,
     pub(super) warm: WarmStart<T, D>,
     pub(super) equations: Equations<T>,
+    pub(super) flight: Option<Flight<T>>,
     pub(super) lasting: Option<Lasting<T>>,
     pub(super) rest: Option<Rest<T, D>>,
     pub(super) memories: Memories<T>,
@@ -110,6 +112,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             cones: Cones::new(n, matrix.free, arms),
             warm: WarmStart::new(settings.step),
             equations: Equations { joints, nonlinear, passes: 0, left_over: T::zero(), scales },
+            flight: Flight::new(&*system),
             system,
             laws,
             solver,

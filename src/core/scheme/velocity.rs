@@ -176,6 +176,13 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             let moved = q.len() - told;
             q[..moved].copy_from_slice(&place[..moved]);
         }
+        self.land();
+        let Self {
+            next: Next { v, contacts, .. },
+            active: ActiveSet { jacobian, .. },
+            cones: Cones { percussions, .. },
+            ..
+        } = self;
         for (i, contact) in contacts.iter_mut().enumerate() {
             contact.percussion = percussions[i];
             contact.after = jacobian.velocity(i, v);

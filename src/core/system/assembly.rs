@@ -218,6 +218,16 @@ impl<T: Scalar, const D: usize> Dynamics<T> for Assembly<T, D> {
         self.members.iter().all(|member| member.system.is_flat())
     }
 
+    fn flies(&self) -> bool {
+        self.members.iter().any(|member| member.system.flies())
+    }
+
+    fn fly(&self, times: &[T], q: &mut [T], v: &mut [T]) {
+        for Member { system, q: place, v: dofs, .. } in &self.members {
+            system.fly(&times[dofs.clone()], &mut q[place.clone()], &mut v[dofs.clone()]);
+        }
+    }
+
     fn mass(&self) -> &Symmetric<T> {
         &self.mass
     }

@@ -18,12 +18,14 @@ mod assembly;
 mod elastic;
 mod forces;
 mod gaps;
+mod interfaces;
 mod lagrangian;
 mod nonlinear;
 mod prescribed;
 mod rigid_bodies;
 mod row_law;
 mod signal;
+mod spatial_bodies;
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -35,16 +37,19 @@ pub use elastic::{
 };
 pub use forces::Forces;
 pub use gaps::{SmoothContacts, SmoothGap};
+pub use interfaces::GroupId;
 pub use lagrangian::Lagrangian;
 pub use nonlinear::{NonlinearLagrangian, NonlinearTerms};
 pub use prescribed::Prescribed;
 pub use rigid_bodies::{
-    Body, BodyId, ContactorId, GroupId, Relative, RigidBodies, RigidBodiesBuilder, RoundSide, polygon_body,
+    Body, BodyId, ContactorId, Relative, RigidBodies, RigidBodiesBuilder, RoundSide, polygon_body,
 };
 pub use row_law::RowLaw;
 pub use signal::Signal;
+pub use spatial_bodies::{SpatialBodies, SpatialBodiesBuilder, SpatialBody};
 
 use crate::contact::{Candidate, ContactId};
+use crate::geometry::InertiaError;
 use crate::linalg::{BlockRows, OperatorError, Symmetric, max_abs};
 use crate::scalar::Scalar;
 
@@ -84,6 +89,25 @@ pub trait Dynamics<T: Scalar>: Debug + Send {
     /// that is followed from event to event. Default: whether q and v have as many components.
     fn is_flat(&self) -> bool {
         self.coordinates() == self.dofs()
+    }
+
+    /// Whether velocities change without forces, as those of bodies that turn in space do: the system then has
+    /// [`fly`](Self::fly), and neither stiffness, prescribed motion nor nonlinear terms.
+    fn flies(&self) -> bool {
+        false
+    }
+
+    /// Free flight: leads (q, v) on without any force, every degree of freedom i for `times[i]` (s), those of one body for
+    /// one time. It must keep the kinetic energy, and move q as [`advance`](Self::advance) does to first order, translations
+    /// exactly so.
+    fn fly(&self, times: &[T], q: &mut [T], v: &mut [T]) {
+        if self.is_flat() {
+            q.iter_mut().zip(times.iter().zip(&*v)).for_each(|(q, (&time, &v))| *q += time * v);
+            return;
+        }
+        let s: Vec<T> = times.iter().zip(&*v).map(|(&time, &v)| time * v).collect();
+        let from = q.to_vec();
+        self.advance(&from, &s, q);
     }
 
     /// Mass M, positive definite.
@@ -331,6 +355,14 @@ pub enum SystemError {
         value: f64,
         /// The range in words.
         range: &'static str,
+    },
+    /// Moments of inertia that no body has.
+    #[error("inertia of `{body}`: {source}")]
+    Inertia {
+        /// Name of the body.
+        body: String,
+        /// What is wrong.
+        source: InertiaError,
     },
     /// An outline is no convex polygon.
     #[error("polygon `{label}`, vertex {vertex}: {reason}")]

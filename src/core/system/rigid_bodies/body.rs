@@ -15,20 +15,21 @@ pub struct Body<T> {
 
 /// A body of the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct BodyId(pub(super) usize);
+pub struct BodyId(pub(in crate::system) usize);
 
 impl BodyId {
     /// What is fixed: its frame is the fixed one, and its shapes move nowhere.
     pub const GROUND: Self = Self(GROUND);
 
-    /// Index i of the body: it owns q[3i..3i+3], but for the [ground](Self::GROUND).
+    /// Index i of the body, in the order they were added, but for the [ground](Self::GROUND). In the plane it owns
+    /// q[3i..3i+3], in space q[7i..7i+7] and v[6i..6i+6].
     pub fn index(self) -> usize {
         self.0
     }
 }
 
 /// Checks numbers, all finite and `ok`.
-pub(super) fn check<T: Scalar>(
+pub(in crate::system) fn check<T: Scalar>(
     what: impl FnOnce() -> String,
     values: &[T],
     ok: impl Fn(T) -> bool,

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector2;
 
+use super::RigidBodies;
 use super::body::{Body, BodyId, check};
 use super::element::{Element, Stop};
 use super::identity::MOST_CONTACTORS;
@@ -12,19 +13,15 @@ use super::shape::{Contactor, GROUND, HalfPlane, Outline, Polygon};
 use super::side::Side;
 use super::sweep::Sweep;
 use super::swept::Crossings;
-use super::{Interfaces, RigidBodies};
 use crate::linalg::Symmetric;
 use crate::scalar::{Scalar, lit};
 use crate::system::forces::Load;
+use crate::system::interfaces::{GroupId, Interfaces, declare, known};
 use crate::system::{Forces, Signal, SystemError};
 
 /// A disc or point of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ContactorId(pub(super) usize);
-
-/// A group of contactors and half-planes: interfaces are declared between groups.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct GroupId(pub(super) usize);
 
 /// Builder of [`RigidBodies`].
 #[derive(Debug, Clone)]
@@ -68,10 +65,6 @@ impl<T: Scalar> Default for RigidBodiesBuilder<T> {
             moved,
         }
     }
-}
-
-pub(super) fn known(what: &'static str, index: usize, count: usize) -> Result<usize, SystemError> {
-    if index < count { Ok(index) } else { Err(SystemError::Unknown { what, index, count }) }
 }
 
 /// diagonal[first..first + 3] += entries, the diagonal growing as needed; all zeros are nothing to add.
@@ -380,11 +373,7 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
     /// [`SystemError::Unknown`].
     pub fn interface(&mut self, a: GroupId, b: GroupId) -> Result<usize, SystemError> {
         let (a, b) = (known("group", a.0, self.groups)?, known("group", b.0, self.groups)?);
-        let pair = (a.min(b), a.max(b));
-        Ok(self.interfaces.iter().position(|&p| p == pair).unwrap_or_else(|| {
-            self.interfaces.push(pair);
-            self.interfaces.len() - 1
-        }))
+        Ok(declare(&mut self.interfaces, a, b))
     }
 
     /// The system.

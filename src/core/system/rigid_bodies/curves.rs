@@ -3,10 +3,11 @@
 use nalgebra::Vector2;
 
 use super::body::{BodyId, check};
-use super::builder::{ContactorId, GroupId, RigidBodiesBuilder, known};
+use super::builder::{ContactorId, RigidBodiesBuilder};
 use super::shape::{Contactor, Outline, Window};
 use crate::scalar::{Scalar, all_finite, lit, to_f64};
 use crate::system::SystemError;
+use crate::system::interfaces::{GroupId, known};
 
 /// Slack of the ends of an arc (rad): what lies on them is on it.
 const END: f64 = 1e-9;

@@ -21,12 +21,14 @@ mod swept;
 
 use nalgebra::{SVector, Vector2};
 
+pub(super) use body::check;
 pub use body::{Body, BodyId};
-pub use builder::{ContactorId, GroupId, RigidBodiesBuilder};
+pub use builder::{ContactorId, RigidBodiesBuilder};
 pub use curves::RoundSide;
 pub use polygon::polygon_body;
 pub use relative::Relative;
 
+use super::interfaces::Interfaces;
 use super::{Contacts, Describe, Dynamics, Forces, Joints, Prescribed, Scales};
 use crate::contact::{Candidate, ContactId};
 use crate::linalg::{BlockRows, Symmetric, max_abs};
@@ -38,30 +40,6 @@ use seams::Touch;
 use shape::{Contactor, GROUND, HalfPlane, Pose};
 use sweep::Sweep;
 use swept::Crossings;
-
-/// Interfaces between groups, a symmetric table.
-#[derive(Debug)]
-struct Interfaces {
-    groups: usize,
-    table: Vec<Option<usize>>,
-    count: usize,
-}
-
-impl Interfaces {
-    fn new(groups: usize, pairs: &[(usize, usize)]) -> Self {
-        let mut table = vec![None; groups * groups];
-        for (interface, &(a, b)) in pairs.iter().enumerate() {
-            table[a * groups + b] = Some(interface);
-            table[b * groups + a] = Some(interface);
-        }
-        Self { groups, table, count: pairs.len() }
-    }
-
-    #[inline]
-    fn between(&self, a: usize, b: usize) -> Option<usize> {
-        self.table[a * self.groups + b]
-    }
-}
 
 /// Planar rigid bodies; body i owns the coordinates q[3i..3i+3] = (x, y, angle), x and y those of its centre of
 /// mass. M is diagonal; K and C are too, or absent where no body has a spring or a damper.
