@@ -24,6 +24,7 @@ mod prescribed;
 mod rigid_bodies;
 mod row_law;
 mod signal;
+mod solid;
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -43,6 +44,7 @@ pub use rigid_bodies::{
 };
 pub use row_law::RowLaw;
 pub use signal::Signal;
+pub use solid::{ContactPlace, Solid, Surface};
 
 use crate::contact::{Candidate, ContactId};
 use crate::linalg::{BlockRows, OperatorError, Symmetric, max_abs};
@@ -267,6 +269,21 @@ pub trait Describe<T: Scalar> {
     /// for figures. A disc has `sides` sides, a point is a single point.
     fn outlines(&self, _q: &[T], _sides: usize) -> Vec<Vec<[T; 2]>> {
         Vec::new()
+    }
+
+    /// Shapes of the bodies for pictures, none by default.
+    fn solids(&self) -> Vec<Solid> {
+        Vec::new()
+    }
+
+    /// Pose of a body in configuration q: position (m) and unit quaternion (w, x, y, z), from its frame to the fixed one.
+    fn body_pose(&self, _body: usize, _q: &[T]) -> ([f64; 3], [f64; 4]) {
+        ([0.0; 3], [1.0, 0.0, 0.0, 0.0])
+    }
+
+    /// Point (m) of a contact and its local axes in the fixed frame, `None` where it has no place.
+    fn contact_place(&self, _contact: ContactId, _q: &[T]) -> Option<ContactPlace> {
+        None
     }
 
     /// Mesh and numbering of an elastic body.
