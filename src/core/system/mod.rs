@@ -7,7 +7,7 @@
 //! | [`Dynamics`] | M, C, K, F, what moves as told; how q moves along a velocity | every system |
 //! | [`Contacts`] | candidates, gaps, Jacobians | every system; none by default |
 //! | [`Joints`] | bilateral rows, springs, motors | systems with joints |
-//! | [`Describe`] | names and meshes | outputs alone |
+//! | [`Describe`] | names, meshes, shapes | outputs alone |
 //!
 //! What implements the first two and the last is a [`System`]; an [`Assembly`] of several is one.
 //!
@@ -243,7 +243,7 @@ pub trait Joints<T: Scalar>: Debug {
     }
 }
 
-/// Names and meshes, for outputs and errors alone: numerics never read a label.
+/// Names, meshes and shapes, for outputs and errors alone: numerics never read a label.
 pub trait Describe<T: Scalar> {
     /// Name of a degree of freedom.
     fn dof_label(&self, dof: usize) -> String {
