@@ -50,7 +50,10 @@ fn a_page_has_the_motion_of_the_run() {
             assert!((found - wanted).abs() < 0.6 * quantum + 1e-6, "{time}: {found}, {wanted}");
         }
         let across = (0.5 * angle).cos() * turn[0] + (0.5 * angle).sin() * turn[3];
-        assert!(across.abs() > 1.0 - 1e-8 && turn[1].abs() < 2e-5 && turn[2].abs() < 2e-5, "{time}: {turn:?}");
+        assert!(
+            across.abs() > 1.0 - 1e-8 && turn[1].abs() < 2e-5 && turn[2].abs() < 2e-5,
+            "{time}: {turn:?}"
+        );
     }
     // No percussion is lost by thinning: together they took the weight and turned the ball round.
     let pushed: f64 = page.forces.iter().flatten().map(|(_, force)| f64::from(force[1])).sum();
@@ -62,7 +65,7 @@ fn a_page_has_the_motion_of_the_run() {
     assert!(wanted > 1.0 && (pushed - wanted).abs() < 1e-3 * wanted, "{pushed}, {wanted}");
     // The energies are those of the table.
     let total: f64 = page.energies.iter().map(|energy| energy[0]).sum();
-    assert!((total - 22.0).abs() < 1e-9, "{total}");
+    assert!((total - 22.045).abs() < 1e-9, "{total}");
 }
 
 #[test]
@@ -90,7 +93,7 @@ fn a_page_needs_nothing_else_and_can_be_left_out() {
 #[test]
 fn what_has_no_bodies_has_no_page() {
     let bench = Bench::new();
-    bench.summary(include_str!("../examples/impact_oscillator.toml"), &["--end", "0.1"]);
+    bench.summary(include_str!("../examples/woodpecker.toml"), &["--end", "0.1"]);
     let files = bench.files();
     assert!(files.iter().all(|name| !name.ends_with(".html")), "{files:?}");
 }
@@ -108,9 +111,10 @@ fn the_marbles_are_small_and_right() {
     });
     assert_eq!((page.bodies, page.frames), (1000, MOST_FRAMES + 1));
     assert!(bytes <= 10_000_000, "{bytes} bytes");
-    // One geometry for all.
-    assert_eq!(page.head["shapes"]["meshes"].as_array().map(Vec::len), Some(1));
-    for (k, time) in page.times.iter().enumerate().step_by(50).chain([(page.frames - 1, &page.times[page.frames - 1])])
+    // One geometry for all, and the floor.
+    assert_eq!(page.head["shapes"]["meshes"].as_array().map(Vec::len), Some(2));
+    for (k, time) in
+        page.times.iter().enumerate().step_by(50).chain([(page.frames - 1, &page.times[page.frames - 1])])
     {
         for body in (0..1000).step_by(7) {
             let (wanted, turned) = seen(body, *time);
@@ -209,7 +213,8 @@ fn a_browser_shows_the_page() {
         return;
     };
     let bench = Bench::new();
-    let output = bench.run(include_str!("../examples/rocking_block.toml"), &["--end", "1.0", "--step", "1e-3"]);
+    let output =
+        bench.run(include_str!("../examples/rocking_block.toml"), &["--end", "1.0", "--step", "1e-3"]);
     assert!(output.status.success(), "{}", stderr(&output));
     let marbles_page = bench.0.path().join("marbles.html");
     marbles(60, 100, &marbles_page);
@@ -226,10 +231,16 @@ fn a_browser_shows_the_page() {
     // An error in the page does not go unseen.
     let text = std::fs::read_to_string(bench.results().join("newton.html")).expect("a page");
     let broken = bench.0.path().join("broken.html");
-    std::fs::write(&broken, text.replace("function drawCurves() {", "function drawCurves() { nothing.there();"))
-        .expect("a page");
+    std::fs::write(
+        &broken,
+        text.replace("function drawCurves() {", "function drawCurves() { nothing.there();"),
+    )
+    .expect("a page");
     let dom = shown(&browser, &broken, "", None);
-    assert!(attribute(&dom, "data-error").is_some_and(|error| error.contains("nothing")), "the error is told");
+    assert!(
+        attribute(&dom, "data-error").is_some_and(|error| error.contains("nothing")),
+        "the error is told"
+    );
     // PICTURES=folder keeps pictures, for people to look at.
     if let Some(folder) = std::env::var_os("PICTURES").map(PathBuf::from) {
         std::fs::create_dir_all(&folder).expect("a folder");

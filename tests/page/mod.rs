@@ -15,7 +15,8 @@ use serde_json::Value;
 
 /// A page before its data, the data, and the page after it.
 pub(crate) fn split(text: &str) -> (&str, &str, &str) {
-    let (before, rest) = text.split_once("<script id=\"data\" type=\"text/plain\">").expect("a place for the data");
+    let (before, rest) =
+        text.split_once("<script id=\"data\" type=\"text/plain\">").expect("a place for the data");
     let (data, after) = rest.split_once("</script>").expect("the end of the data");
     (before, data, after)
 }
@@ -68,7 +69,8 @@ fn unfolded(x: u16) -> u16 {
 
 impl Page {
     pub(crate) fn read(path: &Path) -> Self {
-        let text = std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        let text =
+            std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         let packed = base64::engine::general_purpose::STANDARD.decode(split(&text).1).expect("base64");
         let mut all = Vec::new();
         flate2::read::ZlibDecoder::new(packed.as_slice()).read_to_end(&mut all).expect("deflated data");
@@ -95,7 +97,8 @@ impl Page {
                     (0, 0) => numbers.next().expect("a number"),
                     (0, _) => one,
                     _ => {
-                        let guess = if mode == 2 && k > 1 { one.wrapping_mul(2).wrapping_sub(two) } else { one };
+                        let guess =
+                            if mode == 2 && k > 1 { one.wrapping_mul(2).wrapping_sub(two) } else { one };
                         unfolded(numbers.next().expect("a number")).wrapping_add(guess)
                     }
                 };
@@ -153,7 +156,8 @@ type Seen = fn(usize, f64) -> ([f64; 3], [f64; 4]);
 
 /// A number in [0, 1) of two others.
 fn chance(body: usize, what: usize) -> f64 {
-    let mut x = (body as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (what as u64 + 1).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let mut x = (body as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15)
+        ^ (what as u64 + 1).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     x = (x ^ x >> 29).wrapping_mul(0x94d0_49bb_1331_11eb);
     (x ^ x >> 32) as u32 as f64 / 4_294_967_296.0
 }

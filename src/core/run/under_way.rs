@@ -85,7 +85,8 @@ impl UnderWay<'_> {
                 checkpoint.write(folder)?;
             }
         }
-        let told = simulation.end(&mut [&mut **tables, &mut summary, &mut series, &mut frames, &mut page, watching]);
+        let told =
+            simulation.end(&mut [&mut **tables, &mut summary, &mut series, &mut frames, &mut page, watching]);
         let ended = ended.and_then(|ended| told.map(|()| ended).map_err(SimulateError::from));
         if !adaptive && matches!(ended, Ok(Ended::Completed)) && simulation.index() < run.steps {
             let (end, time, step) = (scene.time.end, simulation.time(), scene.time.step);

@@ -2,7 +2,9 @@
 
 use std::ops::Range;
 
-use super::{ContactPlace, Contacts, Describe, Dynamics, Forces, Joints, Prescribed, RowLaw, Scales, Solid, System};
+use super::{
+    ContactPlace, Contacts, Describe, Dynamics, Forces, Joints, Prescribed, RowLaw, Scales, Solid, System,
+};
 use crate::contact::{Candidate, ContactId};
 use crate::linalg::{BlockRows, Symmetric};
 use crate::scalar::Scalar;

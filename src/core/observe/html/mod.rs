@@ -222,7 +222,8 @@ impl<T: Scalar, const D: usize> Observer<T, D> for HtmlPage {
         let mut bodies: Vec<u64> = solids.iter().filter_map(|solid| Some(solid.body? as u64)).collect();
         bodies.sort_unstable();
         bodies.dedup();
-        self.film = Film { law: run.law.clone(), solver: run.solver.clone(), bodies, every: 1, ..Film::default() };
+        self.film =
+            Film { law: run.law.clone(), solver: run.solver.clone(), bodies, every: 1, ..Film::default() };
         self.written = false;
         if !self.is_off() {
             self.record(frame);

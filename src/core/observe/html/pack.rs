@@ -77,7 +77,8 @@ pub(super) fn pack(
     if forces == 0 {
         (force_low, force_high) = ([0.0; 3], [0.0; 3]);
     }
-    let (shapes, size) = (film.shapes(solids), film.bounds(solids).size());
+    let bounds = film.bounds(solids);
+    let (shapes, size) = (film.shapes(solids, bounds), bounds.size());
     let (frames, bodies) = (stills.len(), film.bodies.len());
     let Film { law, solver, .. } = film;
     let header = Header {
@@ -131,10 +132,7 @@ fn on_grid(x: f64, low: f64, quantum: f64) -> u16 {
 }
 
 /// The grid and the streams of a body that spans at least `span` (m).
-fn streams<'a>(
-    poses: impl Iterator<Item = &'a Pose> + Clone,
-    span: f64,
-) -> ([f64; 4], [Vec<u16>; 7]) {
+fn streams<'a>(poses: impl Iterator<Item = &'a Pose> + Clone, span: f64) -> ([f64; 4], [Vec<u16>; 7]) {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for (i, &x) in poses.clone().flat_map(|pose| pose[..3].iter().enumerate()) {
         low[i] = low[i].min(f64::from(x));
@@ -213,9 +211,7 @@ fn write_forces(
         for (&id, push) in &still.pushes {
             let next = names.len() as u32;
             let name = *names.entry(id).or_insert(next);
-            let point = |i: usize| {
-                on_grid(f64::from(push.point[i]), low[i], (high[i] - low[i]) / LARGEST)
-            };
+            let point = |i: usize| on_grid(f64::from(push.point[i]), low[i], (high[i] - low[i]) / LARGEST);
             // In [−1, 1], 0 on the grid.
             let part = |i: usize| ((push.impulse[i] / scale * 32767.0).round() + 32768.0) as u16;
             forces.push((name, std::array::from_fn(|i| if i < 3 { point(i) } else { part(i - 3) })));

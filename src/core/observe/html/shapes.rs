@@ -14,6 +14,9 @@ const BAND: f64 = 0.03;
 /// Share of the places of bodies, at either end, that the first view may leave out.
 const OUTSIDE: f64 = 0.01;
 
+/// Frames that are looked at for the first view.
+const LOOKS: usize = 60;
+
 /// Digits that tell two geometries apart.
 const SAME: f64 = 1e5;
 
@@ -111,11 +114,6 @@ fn place(pose: &[f32; 7], x: [f64; 3]) -> [f64; 3] {
 
 const STILL: [f32; 7] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
 
-/// Farthest point from the origin of the frame.
-fn reach(surface: &Surface) -> f64 {
-    surface.points.iter().map(|p| p.iter().map(|x| x * x).sum::<f64>().sqrt()).fold(0.0, f64::max)
-}
-
 impl Film {
     /// The number of a body in the film.
     fn number(&self, body: usize) -> Option<usize> {
@@ -136,30 +134,31 @@ impl Film {
     /// The box of the first view: bodies where they are at the start, and where they are nearly all of the time.
     pub(super) fn bounds(&self, solids: &[Solid]) -> Bounds {
         let mut bounds = Bounds::EMPTY;
-        let moving = |solid: &&Solid| !solid.endless && solid.body.is_some();
-        for solid in solids.iter().filter(moving) {
-            let pose = self.first_pose(solid.body);
-            solid.surface.points.iter().for_each(|&point| bounds.add(place(&pose, point)));
-        }
-        let mut reaches = vec![0.0_f64; self.bodies.len()];
-        for solid in solids.iter().filter(moving) {
-            if let Some(body) = solid.body.and_then(|body| self.number(body)) {
-                reaches[body] = reaches[body].max(reach(&solid.surface));
+        let every = self.stills.len().div_ceil(LOOKS).max(1);
+        let (mut lows, mut highs): ([Vec<f64>; 3], [Vec<f64>; 3]) = Default::default();
+        for solid in solids.iter().filter(|solid| !solid.endless) {
+            let Some(body) = solid.body.and_then(|body| self.number(body)) else { continue };
+            for (k, still) in self.stills.iter().step_by(every).enumerate() {
+                let Some(pose) = still.poses.get(body) else { continue };
+                let mut own = Bounds::EMPTY;
+                solid.surface.points.iter().for_each(|&point| own.add(place(pose, point)));
+                for axis in (0..3).filter(|&axis| own.low[axis] <= own.high[axis]) {
+                    lows[axis].push(own.low[axis]);
+                    highs[axis].push(own.high[axis]);
+                    if k == 0 {
+                        bounds.low[axis] = bounds.low[axis].min(own.low[axis]);
+                        bounds.high[axis] = bounds.high[axis].max(own.high[axis]);
+                    }
+                }
             }
         }
-        for axis in 0..if self.is_planar(solids) { 2 } else { 3 } {
-            let ends = [-1.0, 1.0].map(|side: f64| {
-                let of = |still: &super::Still| -> Vec<f64> {
-                    let ends = still.poses.iter().zip(&reaches);
-                    ends.map(|(pose, reach)| f64::from(pose[axis]) + side * reach).collect()
-                };
-                let mut all: Vec<f64> = self.stills.iter().flat_map(of).collect();
-                all.retain(|x| x.is_finite());
+        for axis in 0..3 {
+            for all in [&mut lows[axis], &mut highs[axis]] {
                 all.sort_by(f64::total_cmp);
-                let share = if side < 0.0 { OUTSIDE } else { 1.0 - OUTSIDE };
-                all.get((share * all.len().saturating_sub(1) as f64).round() as usize).copied()
-            });
-            if let [Some(low), Some(high)] = ends {
+            }
+            let last = lows[axis].len().saturating_sub(1);
+            let outside = (OUTSIDE * last as f64) as usize;
+            if let (Some(&low), Some(&high)) = (lows[axis].get(outside), highs[axis].get(last - outside)) {
                 bounds.low[axis] = bounds.low[axis].min(low);
                 bounds.high[axis] = bounds.high[axis].max(high);
             }
@@ -172,9 +171,8 @@ impl Film {
         if bounds.size() > 0.0 { bounds } else { bounds.around(0.5) }
     }
 
-    /// The shapes of the solids.
-    pub(super) fn shapes(&self, solids: &[Solid]) -> Shapes {
-        let bounds = self.bounds(solids);
+    /// The shapes of the solids in a scene with these bounds.
+    pub(super) fn shapes(&self, solids: &[Solid], bounds: Bounds) -> Shapes {
         let planar = self.is_planar(solids);
         let (mut known, mut meshes, mut parts) = (HashMap::<Key, usize>::new(), Vec::new(), Vec::new());
         for solid in solids {

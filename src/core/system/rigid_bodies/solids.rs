@@ -10,7 +10,7 @@ use crate::scalar::{Scalar, to_f64};
 use crate::system::{ContactPlace, Solid, Surface};
 
 /// Sides of a circle.
-const SIDES: usize = 48;
+const SIDES: usize = 72;
 
 fn flat<T: Scalar>(x: &Vector2<T>) -> [f64; 3] {
     [to_f64(x.x), to_f64(x.y), 0.0]
@@ -47,8 +47,7 @@ fn of_half_plane<T: Scalar>(plane: &HalfPlane<T>) -> Solid {
     let (normal, foot) = (flat(&plane.normal), flat(&(plane.normal * plane.distance)));
     let along = [normal[1], -normal[0]];
     let at = |x: f64| [foot[0] + x * along[0], foot[1] + x * along[1], 0.0];
-    let surface =
-        Surface { points: vec![at(-0.5), at(0.5)], lines: vec![vec![0, 1]], ..Surface::default() };
+    let surface = Surface { points: vec![at(-0.5), at(0.5)], lines: vec![vec![0, 1]], ..Surface::default() };
     Solid { name: plane.label.clone(), body: owner(plane.body), surface, endless: true }
 }
 
