@@ -81,7 +81,7 @@ struct RunArguments {
     /// Folder of the results [default: out/<name of the scene file>].
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Write no figures.
+    /// Write no figures, and no page that shows the motion.
     #[arg(long)]
     no_figures: bool,
     /// Write cone problems that no solver solves to this folder, as FCLIB files.

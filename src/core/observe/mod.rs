@@ -6,6 +6,8 @@ mod binary;
 mod csv;
 #[cfg(feature = "figures")]
 mod figures;
+#[cfg(feature = "html")]
+mod html;
 #[cfg(feature = "outputs")]
 mod penetration;
 mod recording;
@@ -24,6 +26,8 @@ pub use self::binary::write_tables;
 pub use self::csv::{CsvFiles, CsvMark, Rates};
 #[cfg(feature = "figures")]
 pub use figures::{comparison_figure, elastic_figure, mesh_figure, run_figure};
+#[cfg(feature = "html")]
+pub use html::{HtmlMark, HtmlPage, MOST_FRAMES};
 #[cfg(feature = "outputs")]
 pub use penetration::Penetration;
 pub use recording::{ContactRecord, Recorder, Recording};
@@ -116,6 +120,21 @@ pub trait Observer<T: Scalar, const D: usize> {
     /// [`ObserveError`] where something cannot be written.
     fn end(&mut self, _frame: Frame<'_, T, D>) -> Result<(), ObserveError> {
         Ok(())
+    }
+}
+
+/// `None` watches nothing.
+impl<T: Scalar, const D: usize, O: Observer<T, D>> Observer<T, D> for Option<O> {
+    fn begin(&mut self, run: &RunInfo, frame: Frame<'_, T, D>) -> Result<(), ObserveError> {
+        self.as_mut().map_or(Ok(()), |observer| observer.begin(run, frame))
+    }
+
+    fn step(&mut self, frame: Frame<'_, T, D>) -> Result<(), ObserveError> {
+        self.as_mut().map_or(Ok(()), |observer| observer.step(frame))
+    }
+
+    fn end(&mut self, frame: Frame<'_, T, D>) -> Result<(), ObserveError> {
+        self.as_mut().map_or(Ok(()), |observer| observer.end(frame))
     }
 }
 

@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::file::AtomicFile;
-use crate::observe::{CsvMark, ObserveError, RunSeries, RunSummary, SeriesMark, SummaryMark};
+use crate::observe::{CsvMark, HtmlMark, ObserveError, RunSeries, RunSummary, SeriesMark, SummaryMark};
 use crate::scene::Scene;
 use crate::scheme::Snapshot;
 use serde::{Deserialize, Serialize};
 
 /// Layout of the file; another one is refused.
-const LAYOUT: u32 = 2;
+const LAYOUT: u32 = 3;
 
 /// The place of a run: everything the rest of it depends on.
 #[derive(Serialize, Deserialize)]
@@ -34,6 +34,7 @@ pub(super) struct Current {
     pub(super) summary: SummaryMark,
     pub(super) series: SeriesMark,
     pub(super) frames: Vec<f64>,
+    pub(super) page: Option<HtmlMark>,
 }
 
 /// Why a run cannot be resumed.

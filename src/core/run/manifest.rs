@@ -62,14 +62,14 @@ impl Manifest {
         Ok(())
     }
 
-    /// Removes the files of earlier runs that this one did not write: figures that are not among those made, and of a series
+    /// Removes the files of earlier runs that this one did not write: figures and pages that are not among those made, and of a series
     /// what `frames` does not count.
     pub(super) fn finish(
         mut self,
         figures: &[PathBuf],
         frames: impl Fn(&str) -> usize,
     ) -> Result<(), ObserveError> {
-        let is_figure = |name: &str| name.ends_with(".svg") || name.ends_with(".png");
+        let is_figure = |name: &str| [".svg", ".png", ".html"].iter().any(|end| name.ends_with(end));
         self.own.retain(|name| !is_figure(name) || figures.contains(&self.folder.join(name)));
         let remove = |path: &Path| match std::fs::remove_file(path) {
             Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(ObserveError::new(path, error)),

@@ -10,7 +10,7 @@ pub struct WriteOptions {
     pub folder: PathBuf,
     /// The scene file, for `summary.json`.
     pub scene_file: PathBuf,
-    /// Whether figures are drawn. Default yes.
+    /// Whether figures are drawn, and pages that show the motion are written. Default yes.
     pub figures: bool,
     /// Whether checkpoints are left, or gone on from. Default none.
     pub checkpoints: Checkpoints,
@@ -49,7 +49,7 @@ impl WriteOptions {
         Self { scene_file: path.into(), ..self }
     }
 
-    /// With figures or without.
+    /// With figures and pages or without.
     #[must_use]
     pub fn figures(self, figures: bool) -> Self {
         Self { figures, ..self }

@@ -1,6 +1,6 @@
 //! One run of a scene, and what it writes to.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use super::checkpoint::{Checkpoint, Current};
@@ -9,7 +9,7 @@ use super::warnings::{Warning, deepest_allowed};
 use super::{ResumeError, WriteError, Written};
 use crate::contact::ContactId;
 use crate::observe::{
-    AdaptiveSummary, CsvFiles, ObserveError, RunSeries, RunSummary, SeriesRecorder, SummaryRecorder,
+    AdaptiveSummary, CsvFiles, HtmlPage, ObserveError, RunSeries, RunSummary, SeriesRecorder, SummaryRecorder,
 };
 use crate::scene::{PlannedRun, Scene};
 use crate::simulate::{Ended, SimulateError, Simulation, Sink};
@@ -19,6 +19,8 @@ pub(super) struct UnderWay<'a> {
     pub(super) scene: &'a Scene,
     pub(super) folder: &'a Path,
     pub(super) failures: Option<&'a Path>,
+    /// File of the page that shows the motion.
+    pub(super) page: Option<PathBuf>,
     pub(super) run: &'a PlannedRun,
     pub(super) simulation: &'a mut dyn Simulation,
     pub(super) tables: &'a mut CsvFiles,
@@ -26,7 +28,7 @@ pub(super) struct UnderWay<'a> {
 }
 
 impl UnderWay<'_> {
-    /// Makes the run; the number of its VTK frames.
+    /// Makes the run; the number of its VTK frames, and its page where it has one.
     pub(super) fn make(
         &mut self,
         (dofs, contact): &(Vec<usize>, Option<ContactId>),
@@ -34,11 +36,12 @@ impl UnderWay<'_> {
         interrupt: &AtomicBool,
         written: &mut Written,
         all_series: &mut Vec<RunSeries>,
-    ) -> Result<usize, WriteError> {
-        let Self { scene, folder, failures, run, simulation, tables, checkpoint } = self;
+    ) -> Result<(usize, Option<PathBuf>), WriteError> {
+        let Self { scene, folder, failures, page, run, simulation, tables, checkpoint } = self;
         let mut summary = SummaryRecorder::default();
         let mut series = SeriesRecorder::new(dofs.clone(), *contact);
         let mut frames = Frames::new(scene, folder, &scene.file_name(&run.law, &run.solver));
+        let mut page = page.take().map(|path| HtmlPage::new(&path, &scene.title, *scene.units.units()));
         let current = checkpoint.as_mut().and_then(|checkpoint| checkpoint.current.take());
         let resumed = current.is_some();
         if let Some(current) = current {
@@ -46,11 +49,12 @@ impl UnderWay<'_> {
             summary = SummaryRecorder::resume(current.summary);
             series = series.resume(current.series).ok_or(ResumeError::Contacts)?;
             frames = frames.resume(current.frames);
+            page = page.zip(current.page).map(|(page, mark)| page.resume(mark));
         }
         let mut ended = match resumed {
             true => Ok(Ended::Completed),
             false => simulation
-                .begin(&mut [&mut **tables, &mut summary, &mut series, &mut frames, watching])
+                .begin(&mut [&mut **tables, &mut summary, &mut series, &mut frames, &mut page, watching])
                 .map(|()| Ended::Completed)
                 .map_err(SimulateError::from),
         };
@@ -61,7 +65,7 @@ impl UnderWay<'_> {
             let stretch = (every - before % every).min(run.steps.saturating_sub(before));
             ended = simulation.advance(
                 stretch,
-                &mut [&mut **tables, &mut summary, &mut series, &mut frames, watching],
+                &mut [&mut **tables, &mut summary, &mut series, &mut frames, &mut page, watching],
                 interrupt,
             );
             let index = simulation.index();
@@ -76,11 +80,13 @@ impl UnderWay<'_> {
             {
                 checkpoint.tables = tables.mark()?;
                 let (summary, series) = (summary.mark(), series.mark());
-                checkpoint.current = Some(Current { scheme, summary, series, frames: frames.times() });
+                let (frames, page) = (frames.times(), page.as_ref().map(HtmlPage::mark));
+                checkpoint.current = Some(Current { scheme, summary, series, frames, page });
                 checkpoint.write(folder)?;
             }
         }
-        let told = simulation.end(&mut [&mut **tables, &mut summary, &mut series, &mut frames, watching]);
+        let told =
+            simulation.end(&mut [&mut **tables, &mut summary, &mut series, &mut frames, &mut page, watching]);
         let ended = ended.and_then(|ended| told.map(|()| ended).map_err(SimulateError::from));
         if !adaptive && matches!(ended, Ok(Ended::Completed)) && simulation.index() < run.steps {
             let (end, time, step) = (scene.time.end, simulation.time(), scene.time.step);
@@ -120,7 +126,7 @@ impl UnderWay<'_> {
             checkpoint.tables = tables.mark()?;
             checkpoint.write(folder)?;
         }
-        Ok(frames.times().len())
+        Ok((frames.times().len(), page.and_then(|page| page.written().map(Path::to_path_buf))))
     }
 }
 
@@ -131,7 +137,7 @@ fn save_problem(
     run: &PlannedRun,
     simulation: &dyn Simulation,
     error: &SimulateError,
-) -> Result<Option<std::path::PathBuf>, ObserveError> {
+) -> Result<Option<PathBuf>, ObserveError> {
     use crate::adaptive::AdaptiveError;
     use crate::fclib::{Info, WriteOptions, write};
     use crate::scheme::StepError;
@@ -162,7 +168,7 @@ fn save_problem(
     _: &PlannedRun,
     _: &dyn Simulation,
     _: &SimulateError,
-) -> Result<Option<std::path::PathBuf>, ObserveError> {
+) -> Result<Option<PathBuf>, ObserveError> {
     Err(ObserveError::new(folder, "problem files need the feature `fclib`"))
 }
 

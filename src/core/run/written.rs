@@ -1,4 +1,4 @@
-//! Runs of scenes with everything that is written of them: tables, summary, figures, VTK series, checkpoints.
+//! Runs of scenes with everything that is written of them: tables, summary, figures, pages, VTK series, checkpoints.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -98,7 +98,7 @@ fn cannot_write<'a, E: Into<Box<dyn std::error::Error + Send + Sync>>>(
 
 impl Scene {
     /// Makes every run of the scene, every law with every solver, and writes `trajectory.csv`, `contacts.csv`,
-    /// `energy.csv`, `summary.json`, the figures and what else the scene asks for. Everything is built and every file opened
+    /// `energy.csv`, `summary.json`, the figures, the pages that show the motion, and what else the scene asks for. Everything is built and every file opened
     /// before the first step: what cannot be built touches no older result. Files that an earlier run left in the folder and
     /// this one does not write are removed at the end, and drafts of killed runs.
     ///
@@ -152,18 +152,27 @@ impl Scene {
             done = checkpoint.finished.len();
             (written.summaries, series) = checkpoint.finished.iter().cloned().unzip();
         }
+        let page = |run: &PlannedRun| {
+            let wanted = options.figures && self.output.html != Some(false);
+            wanted.then(|| folder.join(format!("{}.html", self.file_name(&run.law, &run.solver))))
+        };
+        // Those of runs that were over before a resumption are there.
+        let mut made: Vec<PathBuf> = runs.iter().take(done).filter_map(page).collect();
         let mut frames = BTreeMap::new();
         for (run, mut simulation) in runs.iter().zip(simulations).skip(done) {
             let mut under_way = UnderWay {
                 scene: self,
                 folder,
                 failures: options.failures.as_deref(),
+                page: page(run),
                 run,
                 simulation: &mut *simulation,
                 tables: &mut tables,
                 checkpoint: &mut checkpoint,
             };
-            let count = under_way.make(&shown, &mut *watch(run), interrupt, &mut written, &mut series)?;
+            let (count, page) =
+                under_way.make(&shown, &mut *watch(run), interrupt, &mut written, &mut series)?;
+            made.extend(page);
             frames.insert(self.file_name(&run.law, &run.solver), count);
             if written.interrupted {
                 break;
@@ -175,9 +184,8 @@ impl Scene {
             crate::observe::write_tables(folder)?;
         }
         self.write_summary(summary, options, &written)?;
-        let mut made = Vec::new();
         if options.figures {
-            made = self.write_figures(folder, &series, mesh.as_ref())?;
+            made.extend(self.write_figures(folder, &series, mesh.as_ref())?);
         }
         if checkpoint.is_some() && !written.interrupted {
             let drafts = checkpoint::folder(folder);
@@ -221,6 +229,9 @@ impl Scene {
         }
         if self.output.hdf5 && cfg!(feature = "hdf5") {
             names.push("tables.h5".into());
+        }
+        if options.figures && self.output.html != Some(false) {
+            names.extend(stems.clone().map(|name| format!("{name}.html")));
         }
         if options.figures {
             let mesh = has_mesh.then(|| "mesh".to_string());

@@ -133,6 +133,8 @@ pub struct OutputSpec {
     /// Write `tables.h5` beside the CSV tables: the same rows in binary (HDF5), for long runs.
     #[serde(default)]
     pub hdf5: bool,
+    /// Write a page that shows the motion of the bodies, an HTML file for each run; `true` where absent.
+    pub html: Option<bool>,
     /// The body whose motion the figures show; the first where absent.
     pub figure_body: Option<String>,
     /// The contact whose velocities and percussions the figures show, as `disc|half-plane` or `disc|disc`; the

@@ -2,7 +2,9 @@
 
 use std::ops::Range;
 
-use super::{Contacts, Describe, Dynamics, Forces, Joints, Prescribed, RowLaw, Scales, System};
+use super::{
+    ContactPlace, Contacts, Describe, Dynamics, Forces, Joints, Prescribed, RowLaw, Scales, Solid, System,
+};
 use crate::contact::{Candidate, ContactId};
 use crate::linalg::{BlockRows, Symmetric};
 use crate::scalar::Scalar;
@@ -159,6 +161,15 @@ impl<T: Scalar, const D: usize> Assembly<T, D> {
     /// Interfaces within members.
     fn inner_interfaces(&self) -> usize {
         self.members.last().map_or(0, |member| member.interfaces.end)
+    }
+
+    /// The members with their bodies; one that is none of bodies counts as one.
+    fn with_bodies(&self) -> impl Iterator<Item = (&Member<T, D>, Range<usize>)> {
+        self.members.iter().scan(0, |first, member| {
+            let count = member.system.body_dofs().map_or(1, |dofs| member.v.len() / dofs.max(1));
+            *first += count;
+            Some((member, *first - count..*first))
+        })
     }
 
     /// The member that a place of the whole falls into.
@@ -449,6 +460,31 @@ impl<T: Scalar, const D: usize> Describe<T> for Assembly<T, D> {
             }
             None => format!("across.{}", contact.number()),
         }
+    }
+
+    fn solids(&self) -> Vec<Solid> {
+        let of = |(member, bodies): (&Member<T, D>, Range<usize>)| {
+            let named = |solid: Solid| Solid {
+                name: format!("{}.{}", member.name, solid.name),
+                body: solid.body.map(|body| bodies.start + body),
+                ..solid
+            };
+            member.system.solids().into_iter().map(named).collect::<Vec<_>>()
+        };
+        self.with_bodies().flat_map(of).collect()
+    }
+
+    fn body_pose(&self, body: usize, q: &[T]) -> ([f64; 3], [f64; 4]) {
+        match self.with_bodies().find(|(_, bodies)| bodies.contains(&body)) {
+            Some((m, bodies)) => m.system.body_pose(body - bodies.start, &q[m.q.clone()]),
+            None => ([0.0; 3], [1.0, 0.0, 0.0, 0.0]),
+        }
+    }
+
+    fn contact_place(&self, contact: ContactId, q: &[T]) -> Option<ContactPlace> {
+        let (member, contact) = contact.in_member()?;
+        let Member { system, q: place, .. } = &self.members[member];
+        system.contact_place(contact, &q[place.clone()])
     }
 
     fn outlines(&self, q: &[T], sides: usize) -> Vec<Vec<[T; 2]>> {

@@ -7,7 +7,7 @@
 //! | [`Dynamics`] | M, C, K, F, what moves as told; how q moves along a velocity | every system |
 //! | [`Contacts`] | candidates, gaps, Jacobians | every system; none by default |
 //! | [`Joints`] | bilateral rows, springs, motors | systems with joints |
-//! | [`Describe`] | names and meshes | outputs alone |
+//! | [`Describe`] | names, meshes, shapes | outputs alone |
 //!
 //! What implements the first two and the last is a [`System`]; an [`Assembly`] of several is one.
 //!
@@ -25,6 +25,7 @@ mod prescribed;
 mod rigid_bodies;
 mod row_law;
 mod signal;
+mod solid;
 mod spatial_bodies;
 
 use std::fmt::Debug;
@@ -46,6 +47,7 @@ pub use rigid_bodies::{
 };
 pub use row_law::RowLaw;
 pub use signal::Signal;
+pub use solid::{ContactPlace, Solid, Surface};
 pub use spatial_bodies::{SpatialBodies, SpatialBodiesBuilder, SpatialBody};
 
 use crate::contact::{Candidate, ContactId};
@@ -265,7 +267,7 @@ pub trait Joints<T: Scalar>: Debug {
     }
 }
 
-/// Names and meshes, for outputs and errors alone: numerics never read a label.
+/// Names, meshes and shapes, for outputs and errors alone: numerics never read a label.
 pub trait Describe<T: Scalar> {
     /// Name of a degree of freedom.
     fn dof_label(&self, dof: usize) -> String {
@@ -291,6 +293,21 @@ pub trait Describe<T: Scalar> {
     /// for figures. A disc has `sides` sides, a point is a single point.
     fn outlines(&self, _q: &[T], _sides: usize) -> Vec<Vec<[T; 2]>> {
         Vec::new()
+    }
+
+    /// Shapes of the bodies for pictures, none by default.
+    fn solids(&self) -> Vec<Solid> {
+        Vec::new()
+    }
+
+    /// Pose of a body in configuration q: position (m) and unit quaternion (w, x, y, z), from its frame to the fixed one.
+    fn body_pose(&self, _body: usize, _q: &[T]) -> ([f64; 3], [f64; 4]) {
+        ([0.0; 3], [1.0, 0.0, 0.0, 0.0])
+    }
+
+    /// Point (m) of a contact and its local axes in the fixed frame, `None` where it has no place.
+    fn contact_place(&self, _contact: ContactId, _q: &[T]) -> Option<ContactPlace> {
+        None
     }
 
     /// Mesh and numbering of an elastic body.

@@ -10,7 +10,7 @@
 //!
 //! so that Ḡ v_{k+θ} = 0 keeps φ where it was to rounding, and does no work at that.
 
-use nalgebra::{SVector, Vector1};
+use nalgebra::{SVector, Vector1, Vector2};
 
 use super::element::{Acts, Element};
 use super::side::Side;
@@ -96,6 +96,15 @@ impl<T: Scalar> JointSet<T> {
 
     pub(super) fn is_empty(&self) -> bool {
         self.joints.is_empty() && self.elements.is_empty()
+    }
+
+    /// The points that pins and welds hold: name of the joint, body, and point in its frame.
+    pub(super) fn held_points(&self) -> impl Iterator<Item = (&str, usize, Vector2<T>)> {
+        let of = |joint| {
+            let Joint { label, a, b, .. }: &Joint<T> = joint;
+            [a, b].into_iter().filter_map(|side| Some((label.as_str(), side.body?, side.point)))
+        };
+        self.joints.iter().flat_map(of)
     }
 
     /// The pins and welds with their rows.

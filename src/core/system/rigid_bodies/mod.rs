@@ -16,6 +16,7 @@ mod round;
 mod seams;
 mod shape;
 mod side;
+mod solids;
 mod sweep;
 mod swept;
 
@@ -29,7 +30,7 @@ pub use polygon::polygon_body;
 pub use relative::Relative;
 
 use super::interfaces::Interfaces;
-use super::{Contacts, Describe, Dynamics, Forces, Joints, Prescribed, Scales};
+use super::{ContactPlace, Contacts, Describe, Dynamics, Forces, Joints, Prescribed, Scales, Solid};
 use crate::contact::{Candidate, ContactId};
 use crate::linalg::{BlockRows, Symmetric, max_abs};
 use crate::scalar::Scalar;
@@ -423,8 +424,20 @@ impl<T: Scalar, const D: usize> Contacts<T, D> for RigidBodies<T> {
 
 impl<T: Scalar> Describe<T> for RigidBodies<T> {
     fn outlines(&self, q: &[T], sides: usize) -> Vec<Vec<[T; 2]>> {
-        let outline = |contactor: &Contactor<T>| contactor.points(sides, q);
+        let outline = |contactor: &Contactor<T>| contactor.placed(sides, q);
         self.contactors.iter().map(outline).collect()
+    }
+
+    fn solids(&self) -> Vec<Solid> {
+        self.pictures()
+    }
+
+    fn body_pose(&self, body: usize, q: &[T]) -> ([f64; 3], [f64; 4]) {
+        self.pose_of(body, q)
+    }
+
+    fn contact_place(&self, contact: ContactId, q: &[T]) -> Option<ContactPlace> {
+        self.place_of(contact, q)
     }
 
     fn dof_label(&self, dof: usize) -> String {

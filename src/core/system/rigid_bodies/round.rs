@@ -90,17 +90,22 @@ impl<T: Scalar> Contactor<T> {
         !matches!(self.outline, Outline::Polygon(_))
     }
 
-    /// The outline in configuration q, a closed one with its first point repeated; a full circle has `sides` sides.
-    pub(super) fn points(&self, sides: usize, q: &[T]) -> Vec<[T; 2]> {
+    /// The outline in configuration q, as [`points`](Self::points).
+    pub(super) fn placed(&self, sides: usize, q: &[T]) -> Vec<[T; 2]> {
         let pose = Pose::of(self.body, q);
+        self.points(sides).iter().map(|x| pose.place(x).into()).collect()
+    }
+
+    /// The outline in the frame of the body, a closed one with its first point repeated; a full circle has `sides` sides.
+    pub(super) fn points(&self, sides: usize) -> Vec<Vector2<T>> {
         if let Some(polygon) = self.polygon() {
-            let mut points: Vec<[T; 2]> = polygon.vertices.iter().map(|x| pose.place(x).into()).collect();
+            let mut points = polygon.vertices.clone();
             points.extend(points.first().copied());
             return points;
         }
         let radius = nalgebra::ComplexField::abs(self.curvature());
         if radius == T::zero() {
-            return vec![self.position(q).into()];
+            return vec![self.centre];
         }
         let whole = lit::<T>(std::f64::consts::TAU);
         let (first, opening) = match &self.window {
@@ -114,9 +119,9 @@ impl<T: Scalar> Contactor<T> {
         let at = |i: usize| {
             let angle = first + opening * lit::<T>(i as f64 / sides as f64);
             let (sin, cos) = nalgebra::ComplexField::sin_cos(angle);
-            pose.place(&(self.centre + Vector2::new(cos, sin) * radius)).into()
+            self.centre + Vector2::new(cos, sin) * radius
         };
-        let mut points: Vec<[T; 2]> = (0..sides).map(at).collect();
+        let mut points: Vec<Vector2<T>> = (0..sides).map(at).collect();
         // A circle closes where it began, without the rounding of a turn.
         points.push(if self.window.is_none() { points[0] } else { at(sides) });
         points
