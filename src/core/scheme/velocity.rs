@@ -160,7 +160,8 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
                 }
             }
         }
-        match lasting.as_ref().and_then(Lasting::theta) {
+        let thetas = lasting.as_ref().and_then(Lasting::theta);
+        match thetas {
             None => (0..free).for_each(|i| v_theta[i] = (T::one() - theta) * state.v[i] + theta * v[i]),
             Some(theta) => {
                 (0..free).for_each(|i| v_theta[i] = (T::one() - theta[i]) * state.v[i] + theta[i] * v[i]);
@@ -180,7 +181,11 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             contact.percussion = percussions[i];
             contact.after = jacobian.velocity(i, v);
             let theta = contact.theta;
-            let average: SVector<T, D> = contact.before * (T::one() - theta) + contact.after * theta;
+            let average: SVector<T, D> = match thetas {
+                // What moves as told keeps the θ of the scene, whatever that of the bodies on it.
+                Some(_) if told > 0 => jacobian.velocity(i, v_theta),
+                _ => contact.before * (T::one() - theta) + contact.after * theta,
+            };
             contact.normal_work = average[0] * contact.percussion[0];
             contact.tangential_work = average.dot(&contact.percussion) - contact.normal_work;
             if D == 1 {
