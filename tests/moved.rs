@@ -67,6 +67,85 @@ fn a_belt_carries_a_block_along_and_half_of_its_work_is_heat() {
     }
 }
 
+#[test]
+fn a_block_stands_still_on_a_belt_that_has_caught_it() {
+    // Carried from rest to the speed of the belt in v/(μ g) = 0.2 s, pulled by 60 % of what friction can hold.
+    let (mu, speed, mass) = (0.5, 1.0, 2.0);
+    let block = |law: &str, more: &str| {
+        format!(
+            r#"
+            title = "moved"
+            laws = ["{law}"]
+            gravity = [0.0, -{G}]
+            [time]
+            step = 1e-3
+            end = 1.0
+            [[bodies]]
+            name = "body"
+            mass = {mass:?}
+            inertia = 0.02
+            position = [0.0, 0.1]
+            {more}
+            polygons = [{{ name = "p", vertices = [[-0.2, -0.1], [0.2, -0.1], [0.2, 0.1], [-0.2, 0.1]] }}]
+            [[obstacles]]
+            name = "belt"
+            motion = [{{ displacement = [{speed:?}, 0.0], signal = {{ linear = {{ rate = 1.0 }} }} }}]
+            half_planes = [{{ name = 'top', normal = [0.0, 1.0] }}]
+            "#
+        ) + &interface("belt", mu)
+    };
+    for law in ["newton", "fremond", "moreau"] {
+        for more in ["", "force = [-5.886, 0.0]\nvelocity = [1.0, 0.0]", "velocity = [1.0, 0.0]"] {
+            let (mut worst, mut energy) = (0.0_f64, 0.0_f64);
+            let imbalance = follow::<2>(&block(law, more), |scheme| {
+                let (state, step) = (scheme.state(), scheme.last_step());
+                energy = energy.max(step.energies.total());
+                if state.time > 0.25 {
+                    let by = [state.v[0] - state.v[3], state.v[1], state.v[2], state.q[1] - 0.1, state.q[2]];
+                    worst = by.into_iter().fold(worst, |worst, by| worst.max(by.abs()));
+                    assert!(step.contacts.iter().all(|contact| contact.lasting && contact.theta == 1.0));
+                }
+            });
+            assert!(worst < 1e-9, "{law}, {more}: {worst}");
+            assert!(imbalance < 1e-12 * energy, "{law}, {more}: {imbalance} of {energy}");
+        }
+    }
+}
+
+#[test]
+fn a_stack_rides_up_on_a_belt_that_climbs() {
+    // Two blocks on each other, on a belt that climbs at 20°: μ = 0.5 holds them.
+    let angle = 20.0_f64.to_radians();
+    let (sin, cos) = angle.sin_cos();
+    let mut text = head(1e-3, 0.5).replace("newton", "fremond");
+    for (name, height) in [("body", 0.1), ("upper", 0.3)] {
+        text += &format!(
+            "[[bodies]]\nname = '{name}'\ngroups = ['all']\nmass = 1.0\ninertia = 0.02\nangle = {angle:?}\n\
+             position = [{:?}, {:?}]\nvelocity = [{:?}, {:?}]\npolygons = [{{ name = 'p', vertices = [[-0.2, -0.1], \
+             [0.2, -0.1], [0.2, 0.1], [-0.2, 0.1]] }}]\n",
+            -height * sin,
+            height * cos,
+            cos * 0.7,
+            sin * 0.7
+        );
+    }
+    text += &format!(
+        "[[obstacles]]\nname = 'belt'\ngroups = ['all']\nangle = {angle:?}\nhalf_planes = [{{ name = 'top', normal = [0.0, \
+         1.0] }}]\nmotion = [{{ displacement = [{cos:?}, {sin:?}], signal = {{ linear = {{ rate = 0.7 }} }} }}]\n\
+         [[interfaces]]\nbetween = ['all', 'all']\nparameters = {{ restitution = 0.3, friction = 0.5 }}\n"
+    );
+    let mut worst = 0.0_f64;
+    let imbalance = follow::<2>(&text, |scheme| {
+        let v = &scheme.state().v;
+        if scheme.state().time > 0.01 {
+            let by = [v[0] - v[6], v[1] - v[7], v[2], v[3] - v[6], v[4] - v[7], v[5]];
+            worst = by.into_iter().fold(worst, |worst, by| worst.max(by.abs()));
+        }
+    });
+    assert!(worst < 1e-9, "{worst}");
+    assert!(imbalance < 1e-12 * 10.0, "{imbalance}");
+}
+
 /// A ball on a plate that moves as A sin 2πft with A ω² = `ratio` g.
 fn shaker(ratio: f64) -> (String, f64) {
     let omega = 2.0 * PI * 5.0;

@@ -57,6 +57,158 @@ fn what_has_no_effect_is_told_on_the_terminal_and_in_the_summary() {
     );
 }
 
+/// Runs a scene, and finds each of the texts in one of its warnings; none where there are no texts.
+fn tells(bench: &Bench, scene: &str, arguments: &[&str], says: &[&str]) {
+    let arguments = [&["--no-figures"], arguments].concat();
+    let output = bench.run(scene, &arguments);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let told = warnings(&bench.read());
+    assert_eq!(told.is_empty(), says.is_empty(), "{told:?} of {scene}");
+    for part in says {
+        assert!(told.iter().any(|warning| warning.contains(part)), "`{part}` is missing in {told:?}");
+    }
+}
+
+#[test]
+fn a_parameter_that_no_law_of_the_runs_takes_is_told_with_those_they_have() {
+    let bench = Bench::new();
+    let scene =
+        ball(0.1, 0.0, "step = 1e-3\nend = 0.01").replace("friction = 0.0", "friction = 0.0, rolling = 0.1");
+    let idle =
+        ["interface `ball` – `floor`: `rolling` acts nowhere", "`newton` has `restitution`, `friction`"];
+    tells(&bench, &scene, &[], &idle);
+    // One of several laws takes it; alone on the command line the other does not.
+    let both = scene.replace("laws = [\"newton\"]", "laws = [\"newton\", \"fremond-rolling\"]");
+    tells(&bench, &both, &[], &[]);
+    tells(&bench, &both, &["--law", "fremond-rolling"], &[]);
+    tells(&bench, &both, &["--law", "newton"], &idle);
+    // The law that an interface keeps is its only one.
+    let kept = both.replace("parameters =", "law = \"moreau\"\nparameters =");
+    tells(&bench, &kept, &[], &["`rolling` acts nowhere", "`moreau` has"]);
+    // What no law has at all is a slip of the pen.
+    let output = bench.run(&scene.replace("rolling", "roling"), &["--no-figures"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("no law has a parameter `roling`"), "{}", stderr(&output));
+    // A joint without limits has no law.
+    let joint = "[[joints]]\nname = \"hinge\"\nbody = \"ball\"\non = [0.0, 0.5]\nparameters = { restitution = 0.5 }\n";
+    let hinged = format!("{}{joint}", ball(0.5, 0.0, "step = 1e-3\nend = 0.01"));
+    tells(&bench, &hinged, &[], &["joint `hinge` has no limits: its `restitution` act nowhere"]);
+}
+
+#[test]
+fn a_step_longer_than_springs_and_waves_can_follow_is_told() {
+    let bench = Bench::new();
+    // ω² = (k₁ + k₂)/m of the ball between its spring and the ground alone: 2π √(2/2e7) = 1.987e-3 s.
+    let scene = ball(0.5, 0.0, "step = 1e-3\nend = 0.01");
+    let spring = |more: &str| {
+        format!(
+            "{scene}[[springs]]\nname = \"coil\"\nbody = \"ball\"\non = [0.0, 1.0]\nstiffness = 2e7\n{more}"
+        )
+    };
+    tells(&bench, &spring(""), &[], &["long for the spring `coil`, whose period is 1.987e-3"]);
+    tells(&bench, &spring("").replace("2e7", "2e5"), &[], &[]);
+    // Off its centre the ball turns as well: 1/m + r²/I = 0.5 + 0.25, and in rotation 1/I = 100.
+    tells(&bench, &spring("at = [0.05, 0.0]\naxis = [0.0, 1.0]\n"), &[], &["whose period is 1.622e-3"]);
+    tells(&bench, &spring("angular = true\n").replace("2e7", "1e5"), &[], &["whose period is 1.987e-3"]);
+
+    // Two masses of 1 kg and a stiff spring between them: ω² = 2 k/m.
+    let two = |stiff: f64| {
+        format!(
+            "title = \"Chain\"\nlaws = [\"newton\"]\n[time]\nstep = 1e-3\nend = 0.1\n[lagrangian]\n\
+             coordinates = [\"x\", \"y\"]\nmass = [[1.0, 0.0], [0.0, 1.0]]\n\
+             stiffness = [[{stiff:?}, -{stiff:?}], [-{stiff:?}, {stiff:?}]]\nposition = [0.0, 1.0]\n"
+        )
+    };
+    tells(&bench, &two(1e5), &[], &[]);
+    tells(&bench, &two(5e6), &[], &["the springs of the Lagrangian system, whose period is 1.987e-3"]);
+
+    // A bar of 1 m with c = √(E/ρ) = 100 m/s.
+    let bar = |step: &str| {
+        format!(
+            "title = \"Bar\"\nlaws = [\"newton\"]\n[time]\nstep = {step}\nend = 0.1\n[solid]\nname = \"bar\"\n\
+             young = 1e7\ndensity = 1e3\nvelocity = [1.0, 0.0]\n[solid.mesh]\ninterval = 1.0\nelements = 4\n"
+        )
+    };
+    tells(&bench, &bar("9e-3"), &[], &[]);
+    tells(
+        &bench,
+        &bar("2e-2"),
+        &[],
+        &["the step 2e-2 is long for the waves in `bar`, which cross it in 1.000e-2"],
+    );
+}
+
+#[test]
+fn bodies_drawn_into_each_other_are_not_told_to_take_a_shorter_step() {
+    let bench = Bench::new();
+    let scene = ball(0.08, 0.0, "step = 1e-3\nend = 0.05").replace("radius = 0.1", "radius = 0.12");
+    tells(
+        &bench,
+        &scene,
+        &[],
+        &["overlap by 4.000e-2 when the run starts", "they overlapped by 4.000e-2 when the run started"],
+    );
+    let output = bench.run(&scene, &["--no-figures"]);
+    assert!(!stderr(&output).contains("take a shorter step"), "{}", stderr(&output));
+}
+
+#[test]
+fn a_chain_drawn_the_wrong_way_round_is_told_to_be_reversed() {
+    let bench = Bench::new();
+    let on = |points: &str, more: &str| {
+        ball(0.1, 0.0, "step = 1e-3\nend = 0.01").replace(
+            "[[half_planes]]\nname = \"floor\"\nnormal = [0.0, 1.0]\n",
+            &format!("[[obstacles]]\nname = \"floor\"\nchains = [{{ name = \"top\", points = [{points}]{more} }}]\n"),
+        )
+    };
+    let behind =
+        ["`ball` start behind the chain `floor.top`", "free side is on the left", "reverse its points"];
+    tells(&bench, &on("[-1.0, 0.0], [0.0, -0.01], [1.0, 0.0]", ""), &[], &[]);
+    tells(&bench, &on("[1.0, 0.0], [0.0, -0.01], [-1.0, 0.0]", ""), &[], &behind);
+    // A box that the ball is in, and a block that it should be around.
+    let corners = ["[-1.0, -1.0]", "[1.0, -1.0]", "[1.0, 1.0]", "[-1.0, 1.0]"];
+    tells(&bench, &on(&corners.join(", "), ", closed = true"), &[], &[]);
+    let clockwise: Vec<&str> = corners.into_iter().rev().collect();
+    tells(&bench, &on(&clockwise.join(", "), ", closed = true"), &[], &behind);
+    // With another ball on the free side somebody meets the chain there.
+    let two = on("[-1.0, -0.5], [1.0, -0.5]", "").replace(
+        "[[obstacles]]",
+        "[[bodies]]\nname = \"below\"\ngroups = [\"balls\"]\nmass = 1.0\ninertia = 0.01\nposition = [0.0, -3.0]\n\
+         discs = [{ name = \"rim\", radius = 0.1 }]\n[[obstacles]]",
+    );
+    let two = two
+        .replace("name = \"ball\"\n", "name = \"ball\"\ngroups = [\"balls\"]\n")
+        .replace("between = [\"ball\", \"floor\"]", "between = [\"balls\", \"floor\"]");
+    tells(&bench, &two, &[], &[]);
+}
+
+#[test]
+fn results_that_cannot_be_a_folder_are_refused_in_words() {
+    let bench = Bench::new();
+    let scene = ball(0.1, 0.0, "step = 1e-3\nend = 0.01");
+    fs::write(bench.results(), "a file").expect("a file");
+    let output = bench.run(&scene, &["--no-figures"]);
+    assert_eq!(output.status.code(), Some(2));
+    for part in ["results", "it is a file; it must be a folder, or not exist"] {
+        assert!(stderr(&output).contains(part), "{}", stderr(&output));
+    }
+    assert_eq!(fs::read_to_string(bench.results()).expect("as it was"), "a file");
+}
+
+#[test]
+fn a_body_connected_with_itself_is_refused_by_name() {
+    let bench = Bench::new();
+    let scene = ball(0.1, 0.0, "step = 1e-3\nend = 0.01");
+    for (kind, named) in [("joints", "joint `link`"), ("springs", "`link`")] {
+        let more = if kind == "springs" { "stiffness = 1.0\n" } else { "" };
+        let link = format!("{scene}[[{kind}]]\nname = \"link\"\nbody = \"ball\"\nto = \"ball\"\n{more}");
+        let output = bench.run(&link, &["--no-figures"]);
+        assert_eq!(output.status.code(), Some(2));
+        let says = format!("{named} connects `ball` with `ball`: it wants two different bodies");
+        assert!(stderr(&output).contains(&says), "{}", stderr(&output));
+    }
+}
+
 #[test]
 fn a_mesh_for_a_scene_without_an_elastic_body_is_refused() {
     let bench = Bench::new();

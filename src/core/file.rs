@@ -58,6 +58,22 @@ impl AtomicFile {
     }
 }
 
+/// Makes a folder and those above it, where they are not there.
+///
+/// # Errors
+/// What the system says; a file in the place of one of them.
+pub fn create_folder(folder: &Path) -> io::Result<()> {
+    // What the system says of it is that a file exists.
+    if let Some(file) = folder.ancestors().find(|path| path.is_file()) {
+        let message = match file == folder {
+            true => "it is a file; it must be a folder, or not exist".to_string(),
+            false => format!("{} is a file; it must be a folder, or not exist", file.display()),
+        };
+        return Err(io::Error::new(io::ErrorKind::NotADirectory, message));
+    }
+    std::fs::create_dir_all(folder)
+}
+
 /// A new draft in a folder, which nobody holds; it is removed when it is dropped.
 ///
 /// # Errors

@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::{Benchmark, CollectionError, Measurement, Profile, profile};
-use crate::file::AtomicFile;
+use crate::file::{AtomicFile, create_folder};
 
 /// A solver over all problems.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -206,8 +206,7 @@ impl Benchmark {
     /// # Errors
     /// [`CollectionError::Io`] for the folder, [`CollectionError::Table`] for a table.
     pub fn write_csv(&self, solver: &str, folder: &Path) -> Result<(), CollectionError> {
-        std::fs::create_dir_all(folder)
-            .map_err(|source| CollectionError::Io { path: folder.into(), source })?;
+        create_folder(folder).map_err(|source| CollectionError::Io { path: folder.into(), source })?;
         table(&folder.join("results.csv"), self.measurements.iter())?;
         #[derive(Serialize)]
         struct CurvePoint<'a> {

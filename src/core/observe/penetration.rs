@@ -2,11 +2,16 @@
 
 use std::any::Any;
 
+use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
 use super::Frame;
 use crate::contact::ContactId;
 use crate::scalar::{Scalar, to_f64};
+use crate::scheme::ContactStep;
+
+/// A contact is looked at where it may be deeper than this share of the deepest so far.
+const NEAR: f64 = 0.5;
 
 /// Depths of overlap at the active contacts of a run, as the configurations have them (m); 0 where nothing overlaps.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -62,9 +67,13 @@ impl Depths {
         }
     }
 
-    /// Looks at the contacts of a step; `touched` are those of the step before, in their order.
+    /// Looks at the contacts of a step; `touched` are those of the step before, in their order. Gaps are dear: of those that were
+    /// there before and cannot be nearly as deep as the deepest so far, by the gap they were found with and their velocities, none
+    /// is taken.
     pub(super) fn step<T: Scalar, const D: usize>(&mut self, frame: Frame<'_, T, D>, touched: &[ContactId]) {
-        self.found.last = 0.0;
+        let time = to_f64(frame.state.time);
+        let length = time - self.time;
+        let speed = |u: &SVector<T, D>| u.iter().fold(0.0, |sum, &u| sum + to_f64(u).abs());
         for contact in &frame.step.contacts {
             let label = || frame.system.contact_label(contact.id);
             if let (Some(before), true) = (self.before.downcast_ref::<Vec<T>>(), self.starts)
@@ -73,10 +82,18 @@ impl Depths {
                 let depth = -to_f64(frame.system.gap(contact.id, before));
                 self.found.meet(depth, self.time, label);
             }
-            let depth = -to_f64(frame.system.gap(contact.id, &frame.state.q));
-            self.found.meet(depth, to_f64(frame.state.time), label);
-            self.found.last = self.found.last.max(depth);
+            let moved = 2.0 * length * (speed(&contact.before) + speed(&contact.after));
+            if moved - to_f64(contact.gap) <= NEAR * self.found.largest {
+                continue;
+            }
+            self.found.meet(-to_f64(frame.system.gap(contact.id, &frame.state.q)), time, label);
         }
         self.start(frame);
+    }
+
+    /// Looks at where the last step has left its contacts.
+    pub(super) fn end<T: Scalar, const D: usize>(&mut self, frame: Frame<'_, T, D>) {
+        let depth = |contact: &ContactStep<T, D>| -to_f64(frame.system.gap(contact.id, &frame.state.q));
+        self.found.last = frame.step.contacts.iter().map(depth).fold(0.0, f64::max);
     }
 }

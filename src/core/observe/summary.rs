@@ -269,7 +269,8 @@ impl<T: Scalar, const D: usize> Observer<T, D> for SummaryRecorder {
         Ok(())
     }
 
-    fn end(&mut self, _frame: Frame<'_, T, D>) -> Result<(), ObserveError> {
+    fn end(&mut self, frame: Frame<'_, T, D>) -> Result<(), ObserveError> {
+        self.depths.end(frame);
         let elapsed = self.elapsed();
         if let Some(summary) = self.summary.as_mut() {
             summary.wall_seconds = elapsed;

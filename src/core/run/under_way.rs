@@ -42,6 +42,8 @@ impl UnderWay<'_> {
         let mut series = SeriesRecorder::new(dofs.clone(), *contact);
         let mut frames = Frames::new(scene, folder, &scene.file_name(&run.law, &run.solver));
         let mut page = page.take().map(|path| HtmlPage::new(&path, &scene.title, *scene.units.units()));
+        // Before anything of a checkpoint is restored: what overlaps when the run starts.
+        let overlaps = simulation.overlaps();
         let current = checkpoint.as_mut().and_then(|checkpoint| checkpoint.current.take());
         let resumed = current.is_some();
         if let Some(current) = current {
@@ -114,7 +116,10 @@ impl UnderWay<'_> {
             if summary.penetration.largest > bound {
                 let run = format!("{} with {}", run.law, run.solver);
                 let found = summary.penetration.clone();
-                written.warn(Warning::Penetration { run, found, bound });
+                let of_pair = overlaps.iter().filter(|(contact, _)| pair(contact) == pair(&found.contact));
+                let start = of_pair.fold(0.0_f64, |deepest, (_, gap)| deepest.max(-gap));
+                let start = if found.time > 0.0 { start } else { found.largest };
+                written.warn(Warning::Penetration { run, found, start, bound });
             }
         }
         written.summaries.extend(summary);
@@ -170,6 +175,17 @@ fn save_problem(
     _: &SimulateError,
 ) -> Result<Option<PathBuf>, ObserveError> {
     Err(ObserveError::new(folder, "problem files need the feature `fclib`"))
+}
+
+/// The two shapes of a contact, whatever their features that touch.
+fn pair(contact: &str) -> Vec<&str> {
+    let shape = |side: &'_ str| match side.rsplit_once('/') {
+        Some((shape, feature)) if feature.bytes().all(|byte| byte.is_ascii_digit()) => shape.len(),
+        _ => side.len(),
+    };
+    let mut shapes: Vec<&str> = contact.split('|').map(|side| &side[..shape(side)]).collect();
+    shapes.sort_unstable();
+    shapes
 }
 
 /// Adds what error control made of a run to its summary.

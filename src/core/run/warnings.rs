@@ -32,6 +32,8 @@ pub enum Warning {
         run: String,
         /// How deep, where and when.
         found: Penetration,
+        /// How deep the same pair was at the start (m), 0 where it was apart.
+        start: f64,
         /// The depth from which it is told (m).
         bound: f64,
     },
@@ -69,11 +71,18 @@ impl fmt::Display for Warning {
                 "{pairs} pairs overlap when the run starts, and stay so until they separate; the deepest is {contact}, \
                  by {depth:.3e}"
             ),
-            Self::Penetration { run, found: Penetration { largest, time, contact, .. }, bound } => write!(
-                f,
-                "{run}: {contact} overlapped by {largest:.3e} at t = {time:e}, more than {bound:.3e}, a tenth of the \
-                 smallest shape: take a shorter step"
-            ),
+            Self::Penetration { run, found: Penetration { largest, time, contact, .. }, start, bound } => {
+                write!(
+                    f,
+                    "{run}: {contact} overlapped by {largest:.3e} at t = {time:e}, more than {bound:.3e}, a tenth of \
+                     the smallest shape: "
+                )?;
+                // What was drawn into each other no step takes apart.
+                match largest - start > *bound {
+                    true => f.write_str("take a shorter step"),
+                    false => write!(f, "they overlapped by {start:.3e} when the run started"),
+                }
+            }
             Self::StopsBeforeEnd { time, end, step } => write!(
                 f,
                 "the run stops at t = {time:e} and not at {end:e}, which is no multiple of the step {step:e}: where \

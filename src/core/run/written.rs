@@ -12,7 +12,7 @@ use super::shown::shown;
 use super::under_way::UnderWay;
 use super::warnings::deepest_allowed;
 use super::{Checkpoints, ResumeError, Warning, WriteOptions};
-use crate::file::AtomicFile;
+use crate::file::{AtomicFile, create_folder};
 use crate::mesh::Mesh;
 use crate::observe::{
     CsvFiles, ObserveError, Rates, RunSeries, RunSummary, comparison_figure, elastic_figure, mesh_figure,
@@ -124,10 +124,11 @@ impl Scene {
             Some(simulation) => shown(self, &mut **simulation)?,
             None => (Vec::new(), None),
         };
-        let mut written = Written { warnings: self.all_warnings(&mut simulations)?, ..Written::default() };
+        let mut written =
+            Written { warnings: self.all_warnings(registry, &mut simulations)?, ..Written::default() };
         let folder = &options.folder;
         let mut checkpoint = self.checkpoint(options)?;
-        std::fs::create_dir_all(folder).map_err(cannot_write(folder))?;
+        create_folder(folder).map_err(cannot_write(folder))?;
         let mut manifest = Manifest::open(folder);
         manifest.remove_drafts()?;
         let rates = Rates {
@@ -197,8 +198,12 @@ impl Scene {
     }
 
     /// What is to be known before the first step.
-    fn all_warnings(&self, simulations: &mut [Box<dyn Simulation>]) -> Result<Vec<Warning>, SceneError> {
-        let mut warnings: Vec<Warning> = self.warnings()?.into_iter().map(Warning::Scene).collect();
+    fn all_warnings(
+        &self,
+        registry: &Registry,
+        simulations: &mut [Box<dyn Simulation>],
+    ) -> Result<Vec<Warning>, SceneError> {
+        let mut warnings: Vec<Warning> = self.warnings(registry)?.into_iter().map(Warning::Scene).collect();
         if self.output.vtk_every.is_some() && !cfg!(feature = "vtk") {
             warnings.push(Warning::NotBuilt { key: "output.vtk_every", feature: "vtk" });
         }

@@ -1,6 +1,7 @@
 //! From a scene and a run to a scheme ready to step.
 
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 
 use nalgebra::SVector;
 
@@ -28,6 +29,14 @@ impl InterfaceSpec {
     /// The two sides, for errors.
     pub fn label(&self) -> String {
         format!("`{}` – `{}`", self.between[0], self.between[1])
+    }
+
+    /// Names of its laws in runs of `laws`, each once.
+    pub(super) fn laws_in<'a>(&'a self, laws: &'a [String]) -> Vec<&'a str> {
+        match &self.law {
+            Some(law) => vec![law],
+            None => laws.iter().map(String::as_str).collect(),
+        }
     }
 
     pub(super) fn law<T: Scalar, const D: usize>(
@@ -70,7 +79,7 @@ impl Scene {
 /// resistance, else 2.
 ///
 /// # Errors
-/// A law that cannot be made, a parameter that no law has.
+/// A law that cannot be made, a parameter that no law of the registry has.
 pub fn contact_dimension(
     scene: &Scene,
     runs: &[PlannedRun],
@@ -82,14 +91,11 @@ pub fn contact_dimension(
             let law: AnyLaw<f64, 2> = interface.law(run, registry)?;
             rows = rows.max(law.rows());
         }
-        let names = runs.iter().map(|run| interface.law.as_deref().unwrap_or(&run.law));
-        let known: Vec<&str> = names
-            .filter_map(|name| registry.find_law(name).ok())
-            .flat_map(|family| family.description().parameters.iter().map(|p| p.name))
-            .collect();
-        if let Some(parameter) = interface.parameters.keys().find(|p| !known.contains(&p.as_str())) {
+        // One that laws have which are not in the runs is no mistake of writing: it is told, see `Scene::warnings`.
+        let known: BTreeSet<&str> =
+            registry.laws().flat_map(|law| law.parameters.iter().map(|p| p.name)).collect();
+        if let Some(parameter) = interface.parameters.keys().find(|p| !known.contains(p.as_str())) {
             let (interface, parameter) = (interface.label(), parameter.clone());
-            let known: std::collections::BTreeSet<&str> = known.into_iter().collect();
             let known = known.into_iter().collect::<Vec<_>>().join(", ");
             return Err(SceneError::UnusedParameter { interface, parameter, known });
         }

@@ -111,14 +111,14 @@ pub enum SceneError {
         /// What exists.
         known: String,
     },
-    /// A parameter that no law of the interface has.
-    #[error("interface {interface}: no law of the scene has a parameter `{parameter}` (known: {known})")]
+    /// A parameter that no law has.
+    #[error("interface {interface}: no law has a parameter `{parameter}` (known: {known})")]
     UnusedParameter {
         /// The interface, as its two sides.
         interface: String,
         /// The parameter.
         parameter: String,
-        /// Those that the laws have.
+        /// Those that laws have.
         known: String,
     },
     /// A number is outside its range.

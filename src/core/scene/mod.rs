@@ -6,6 +6,7 @@
 //! with contacts of dimension 1, the others with dimension 2. [`event_driven()`] builds the event-driven integration of the
 //! same run.
 
+mod behind;
 mod build;
 mod decompose;
 mod error;

@@ -27,9 +27,14 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
     fn list_active_contacts(&mut self) -> Result<(), StepError> {
         let h = self.settings.step;
         let (mut gap_tolerance, velocity_tolerance) = self.active.tolerances;
-        let mut reach = gap_tolerance;
+        let (mut reach, literal) = (gap_tolerance, gap_tolerance);
         if let Some(lasting) = &mut self.lasting {
-            lasting.clear();
+            let Next { q, v, .. } = &mut self.next;
+            if let Some(prescribed) = self.system.prescribed() {
+                prescribed.set(self.state.time + h, h, self.settings.theta, q, v);
+            }
+            let (free, place) = (self.matrix.free, q.len() - (v.len() - self.matrix.free));
+            lasting.clear([&self.state.v[free..], &v[free..], &q[place..]], h, velocity_tolerance);
             if self.settings.activation.gap_tolerance.is_none() {
                 gap_tolerance = nalgebra::RealField::max(gap_tolerance, lasting.noise(h));
             }
@@ -85,7 +90,15 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             }
             let closing = before[0] <= velocity_tolerance;
             let mut lasts = false;
-            if let Some(lasting) = &mut self.lasting {
+            let told = self.lasting.as_ref().is_some_and(|l| !l.may_last(&self.active.jacobian, row));
+            if let (Some(lasting), true) = (&mut self.lasting, told) {
+                // What speeds up or slows down as told is met as an impact, by the rule of the active set alone.
+                if gap > literal || rule == ActivationRule::MoreauJean && !closing {
+                    self.active.jacobian.truncate(row);
+                    continue;
+                }
+                lasting.push(&self.active.jacobian, row, h, (id, T::zero()), Pace::Fast);
+            } else if let Some(lasting) = &mut self.lasting {
                 let last = &self.last.contacts;
                 known += last[known..].iter().take_while(|contact| contact.id < id).count();
                 let last = last.get(known).filter(|contact| contact.id == id);

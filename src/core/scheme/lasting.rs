@@ -28,7 +28,14 @@
 //! Proposition 1 hold for each with a θ of its own, and the ledger adds them. An island with an impact in it takes the θ of
 //! the scene; one all of whose contacts last takes θ_rest. At θ_rest = 1, the default, e* = 0: what sticks stands still in
 //! place of alternating ±u_T, what is open within h s closes in one step, and the law of Newton is as dissipative as that
-//! of Frémond. The price is (½−θ)‖v_{k+1} − v_k‖²_M, zero at rest and of the order of h where bodies slide or roll. Without C
+//! of Frémond. The price is (½−θ)‖v_{k+1} − v_k‖²_M, zero at rest and of the order of h where bodies slide or roll.
+//!
+//! What moves as told is no part of any island: like the ground it connects nothing. It keeps the θ of the scene, by which its
+//! displacements are defined. In a step over which its velocity is constant (a belt, a drum that turns evenly) v_{k+θ} is the same
+//! for every θ, and so are u_{k+θ} of a contact with it, the work of what moves it and the balance. Contacts with what changes
+//! its velocity in a step (a shaker) do not last in it, and are met by the rule of the active set as it stands. The
+//! bodies on a belt take θ_rest only where they stick to it: what slides is carried to its speed at the price of the order of h.
+//! Bodies that joints tie to what moves as told keep the θ of the scene. Without C
 //! and K, M̂ = M for every θ, so that to change θ costs nothing. Systems with C or K, and nonlinear ones, keep the θ of the
 //! scene and the rule of the active set as it stands: what is slow at a node of an elastic body, its waves decide.
 
@@ -39,8 +46,8 @@ use crate::contact::ContactId;
 use crate::laws::ContactLaw;
 use crate::linalg::forest::{join, root};
 use crate::linalg::{BlockRows, Factor, Symmetric};
-use crate::scalar::{Scalar, lit, to_f64};
-use crate::system::Dynamics;
+use crate::scalar::{Scalar, epsilon, lit, to_f64};
+use crate::system::{Dynamics, Prescribed, RowLaw};
 
 /// Speed of a lasting contact, in those the forces make of rest in one step.
 const SLOW: f64 = 2.0;
@@ -70,6 +77,8 @@ pub(super) struct Entry<T> {
     pub(super) joins: bool,
     /// What the forces make of rest in one step (m/s).
     pub(super) fall: T,
+    /// Whether it slid in the last step on what moves as told, or is new there.
+    slides: bool,
     /// What the contact has done since it began: works, its part of numerical dissipation and of position work (J); ≤ 0.
     pub(super) account: T,
 }
@@ -80,6 +89,7 @@ struct Last<T> {
     id: ContactId,
     account: T,
     slow: bool,
+    sticks: bool,
 }
 
 /// Lasting contacts, and what their islands make of θ.
@@ -90,6 +100,12 @@ pub(super) struct Lasting<T> {
     proved: Vec<bool>,
     /// M does not couple islands.
     separable: bool,
+    /// Number of degrees of freedom that move under forces, the first ones.
+    free: usize,
+    /// Whether each of those that move as told has a constant velocity over the step.
+    steady: Vec<bool>,
+    /// Degrees of freedom that joints couple to what moves as told.
+    tied: Vec<usize>,
     /// Degrees of freedom of a body, and their 1/M_jj; where there are no bodies, or M is no diagonal, each degree of freedom
     /// counts for itself.
     unit: usize,
@@ -125,7 +141,13 @@ pub(super) struct LastingMark {
     reach: f64,
     left: f64,
     pull: Vec<f64>,
-    before: Vec<(ContactId, f64, bool)>,
+    before: Vec<(ContactId, f64, bool, bool)>,
+}
+
+impl<T: Scalar> Last<T> {
+    fn mark(&self) -> (ContactId, f64, bool, bool) {
+        (self.id, to_f64(self.account), self.slow, self.sticks)
+    }
 }
 
 impl<T: Scalar> Lasting<T> {
@@ -136,27 +158,39 @@ impl<T: Scalar> Lasting<T> {
         settings: &Settings<T>,
         q: &[T],
     ) -> Option<Self> {
-        let rigid = joints_of(system).all_held();
-        let stiff = system.stiffness().is_some() || system.damping().is_some() || !rigid;
-        if !settings.lasting || stiff || system.nonlinear().is_some() || system.prescribed().is_some() {
+        let joints = joints_of(system);
+        let springs =
+            |row: usize| matches!(joints.law(row, q, T::zero(), settings.step), RowLaw::Spring { .. });
+        let springs = !joints.all_held() && (0..joints.rows()).any(springs);
+        let stiff = system.stiffness().is_some() || system.damping().is_some() || springs;
+        let n = system.dofs();
+        let free = system.prescribed().map_or(n, Prescribed::first);
+        let separable = matches!(system.mass(), Symmetric::Diagonal(_));
+        let coupled = free < n && !separable;
+        if !settings.lasting || stiff || system.nonlinear().is_some() || coupled {
             return None;
         }
         let theta_rest = settings.theta_rest;
         let claims =
             |law: &dyn ContactLaw<T, D>| law.lasting_theta().is_some_and(|claim| claim.contains(&theta_rest));
-        let n = system.dofs();
-        let mut joints = BlockRows::<T, 1>::new();
-        joints_of(system).jacobian(q, &vec![T::zero(); n], &mut joints);
-        let mut joined = Vec::new();
-        for row in 0..joints.rows() {
-            let mut dofs = joints.row(row).map(|(dof, _)| dof);
-            if let Some(first) = dofs.next() {
-                joined.extend(dofs.map(|dof| (first, dof)));
+        let mut rows = BlockRows::<T, 1>::new();
+        joints.jacobian(q, &vec![T::zero(); n], &mut rows);
+        let (mut joined, mut tied) = (Vec::new(), Vec::new());
+        for row in 0..rows.rows() {
+            let mut dofs = rows.row(row).map(|(dof, _)| dof).filter(|&dof| dof < free);
+            let Some(first) = dofs.next() else { continue };
+            joined.extend(dofs.map(|dof| (first, dof)));
+            if rows.row(row).any(|(dof, _)| dof >= free) {
+                tied.push(first);
             }
         }
         let unit = system.body_dofs().filter(|&unit| unit > 0 && n.is_multiple_of(unit));
         let (unit, mobility) = match system.mass() {
-            Symmetric::Diagonal(mass) => (unit.unwrap_or(1), mass.iter().map(|&m| T::one() / m).collect()),
+            // What moves as told is moved by no force.
+            Symmetric::Diagonal(mass) => {
+                let inverse = |(dof, &m): (usize, &T)| if dof < free { T::one() / m } else { T::zero() };
+                (unit.unwrap_or(1), mass.iter().enumerate().map(inverse).collect())
+            }
             _ => (1, vec![T::one(); n]),
         };
         Some(Self {
@@ -164,7 +198,10 @@ impl<T: Scalar> Lasting<T> {
             mobility,
             theta_rest,
             proved: laws.iter().map(|law| claims(&**law)).collect(),
-            separable: matches!(system.mass(), Symmetric::Diagonal(_)),
+            separable,
+            free,
+            steady: vec![true; n - free],
+            tied,
             pull: Vec::new(),
             joined,
             entries: Vec::new(),
@@ -191,9 +228,26 @@ impl<T: Scalar> Lasting<T> {
         self.reach
     }
 
-    /// Forgets the contacts of the step before, whose list is made anew.
-    pub(super) fn clear(&mut self) {
+    /// Forgets the contacts of the step before, whose list is made anew; `told` are the velocities at its two ends, and the
+    /// configuration, of what moves as told.
+    pub(super) fn clear(&mut self, [before, after, q]: [&[T]; 3], step: T, tolerance: T) {
         self.entries.clear();
+        let abs = |x: T| nalgebra::ComplexField::abs(x);
+        for (i, steady) in self.steady.iter_mut().enumerate() {
+            // A velocity is a difference of positions over h, which rounding makes no smoother than that.
+            let rounding = lit::<T>(LEFT) * epsilon::<T>() * abs(q[i]) / step;
+            *steady = abs(after[i] - before[i]) <= nalgebra::RealField::max(tolerance, rounding);
+        }
+    }
+
+    /// Whether what a contact touches moves under forces, stands, or has a constant velocity over the step: it may last.
+    pub(super) fn may_last<const D: usize>(&self, rows: &BlockRows<T, D>, row: usize) -> bool {
+        self.steady.is_empty()
+            || rows.row(row).all(|(dof, _)| dof < self.free || self.steady[dof - self.free])
+    }
+
+    fn is_told<const D: usize>(&self, rows: &BlockRows<T, D>, row: usize) -> bool {
+        !self.steady.is_empty() && rows.row(row).any(|(dof, _)| dof >= self.free)
     }
 
     /// The pace of a contact with predicted gap and normal velocity `(gap, rate)`; `carried` where it had a percussion in
@@ -251,7 +305,8 @@ impl<T: Scalar> Lasting<T> {
         let account = self.last(id).map_or_else(T::zero, |last| last.account);
         let fall = self.fall(rows, row, step);
         let (slow, joins) = (pace == Pace::Lasting, pace == Pace::Joining);
-        self.entries.push(Entry { gap, slow, joins, fall, account });
+        let slides = self.is_told(rows, row) && !self.last(id).is_some_and(|last| last.sticks);
+        self.entries.push(Entry { gap, slow, joins, fall, slides, account });
     }
 
     /// Finds the islands and gives each its θ; `contacts` are the active ones, with H in `rows`.
@@ -265,7 +320,8 @@ impl<T: Scalar> Lasting<T> {
         if !self.entries.iter().any(|entry| entry.slow) {
             return;
         }
-        let Self { parent, impact, .. } = self;
+        let Self { parent, impact, free, .. } = self;
+        let free = *free;
         parent
             .iter_mut()
             .enumerate()
@@ -273,7 +329,7 @@ impl<T: Scalar> Lasting<T> {
         impact.fill(false);
         self.theta.fill(theta);
         for row in 0..contacts.len() {
-            let mut dofs = rows.row(row).map(|(dof, _)| dof);
+            let mut dofs = rows.row(row).map(|(dof, _)| dof).filter(|&dof| dof < free);
             if let Some(first) = dofs.next() {
                 dofs.for_each(|dof| {
                     join(parent, first, dof);
@@ -286,12 +342,16 @@ impl<T: Scalar> Lasting<T> {
         if self.theta_rest == theta {
             return;
         }
-        let island =
-            |parent: &mut [usize], row: usize| rows.row(row).next().map(|(dof, _)| root(parent, dof));
+        let island = |parent: &mut [usize], row: usize| {
+            rows.row(row).find(|&(dof, _)| dof < free).map(|(dof, _)| root(parent, dof))
+        };
         for (row, contact) in contacts.iter().enumerate() {
             let Some(island) = island(parent, row) else { continue };
-            let Entry { slow, joins, .. } = self.entries[row];
-            impact[island] |= !((slow || joins) && self.proved[contact.interface]);
+            let Entry { slow, joins, slides, .. } = self.entries[row];
+            impact[island] |= slides || !((slow || joins) && self.proved[contact.interface]);
+        }
+        for &dof in &self.tied {
+            impact[root(parent, dof)] = true;
         }
         for row in 0..contacts.len() {
             let Some(island) = island(parent, row) else { continue };
@@ -317,7 +377,8 @@ impl<T: Scalar> Lasting<T> {
 
     /// The degree of freedom that stands for the island of a contact.
     pub(super) fn island<const D: usize>(&mut self, rows: &BlockRows<T, D>, row: usize) -> Option<usize> {
-        rows.row(row).next().map(|(dof, _)| root(&mut self.parent, dof))
+        let free = self.free;
+        rows.row(row).find(|&(dof, _)| dof < free).map(|(dof, _)| root(&mut self.parent, dof))
     }
 
     /// θ of every degree of freedom, where it is not that of the scene everywhere.
@@ -330,12 +391,21 @@ impl<T: Scalar> Lasting<T> {
         self.left = lit::<T>(LEFT) * tolerance * problem.b_norm();
     }
 
-    /// Keeps what the next step asks for.
-    pub(super) fn accept<const D: usize>(&mut self, contacts: &[ContactStep<T, D>], step: T) {
+    /// Keeps what the next step asks for; velocities to `tolerance` are none.
+    pub(super) fn accept<const D: usize>(&mut self, contacts: &[ContactStep<T, D>], step: T, tolerance: T) {
         self.before.clear();
         self.reach = T::zero();
         for (contact, entry) in contacts.iter().zip(&self.entries) {
-            self.before.push(Last { id: contact.id, account: entry.account, slow: entry.slow });
+            // Sticking is u_{T,k+θ} = 0 under one law and u_{T,k+1} = 0 under another.
+            let theta = contact.theta;
+            let slips = (1..D).fold([T::zero(); 2], |[average, end], i| {
+                let (before, after) = (contact.before[i], contact.after[i]);
+                let between = (T::one() - theta) * before + theta * after;
+                [average + between * between, end + after * after]
+            });
+            let least = nalgebra::RealField::min(slips[0], slips[1]);
+            let (id, account, slow) = (contact.id, entry.account, entry.slow);
+            self.before.push(Last { id, account, slow, sticks: least <= tolerance * tolerance });
             self.reach = nalgebra::RealField::max(self.reach, entry.fall * step);
         }
     }
@@ -345,7 +415,7 @@ impl<T: Scalar> Lasting<T> {
             reach: to_f64(self.reach),
             left: to_f64(self.left),
             pull: self.pull.iter().map(|&x| to_f64(x)).collect(),
-            before: self.before.iter().map(|last| (last.id, to_f64(last.account), last.slow)).collect(),
+            before: self.before.iter().map(|last| last.mark()).collect(),
         }
     }
 
@@ -356,26 +426,27 @@ impl<T: Scalar> Lasting<T> {
         }
         (self.reach, self.left) = (lit(mark.reach), lit(mark.left));
         self.pull = mark.pull.iter().map(|&x| lit(x)).collect();
-        let last = |&(id, account, slow)| Last { id, account: lit(account), slow };
+        let last = |&(id, account, slow, sticks)| Last { id, account: lit(account), slow, sticks };
         self.before = mark.before.iter().map(last).collect();
         self.before.sort_unstable_by_key(|last| last.id);
         Some(())
     }
 
-    /// √(F·M⁻¹F) of the bodies, of the forces F in the step that is being made; they are known from the step before where
-    /// they do not vary.
-    pub(super) fn set_pull(&mut self, vary: bool, force: &[T], factor: &mut Factor<T>, scratch: &mut [T]) {
-        let Self { pull, mobility, unit, .. } = self;
-        if !pull.is_empty() && !vary {
-            return;
-        }
-        scratch.copy_from_slice(force);
-        factor.solve_in_place(scratch);
+    /// Whether √(F·M⁻¹F) is to be found in this step: it is known from the step before where the forces do not vary.
+    pub(super) fn wants_pull(&self, vary: bool) -> bool {
+        vary || self.pull.is_empty()
+    }
+
+    /// √(F·M⁻¹F) of the bodies, of the forces F that stand in `scratch`.
+    pub(super) fn set_pull(&mut self, factor: &mut Factor<T>, scratch: &mut [T]) {
+        let Self { pull, mobility, unit, free, .. } = self;
+        factor.solve_in_place(&mut scratch[..*free]);
+        scratch[*free..].fill(T::zero());
         pull.clear();
         let bodies = scratch.chunks(*unit).zip(mobility.chunks(*unit));
         pull.extend(bodies.map(|(accelerations, mobility)| {
-            let sum = accelerations.iter().zip(mobility).fold(T::zero(), |sum, (&a, &w)| sum + a * a / w);
-            nalgebra::ComplexField::sqrt(sum)
+            let both = accelerations.iter().zip(mobility).filter(|&(_, &w)| w > T::zero());
+            nalgebra::ComplexField::sqrt(both.fold(T::zero(), |sum, (&a, &w)| sum + a * a / w))
         }));
     }
 }

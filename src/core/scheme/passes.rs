@@ -52,9 +52,10 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             return Err(self.state_error("F", &self.next.force));
         }
         let Self { system, next, matrix, lasting, .. } = self;
-        if let Some(lasting) = lasting {
+        if let Some(lasting) = lasting.as_mut().filter(|l| l.wants_pull(system.forces().varies())) {
             let Next { force, scratch, .. } = next;
-            lasting.set_pull(system.forces().varies(), force, &mut matrix.factor, scratch);
+            scratch.copy_from_slice(force);
+            lasting.set_pull(&mut matrix.factor, scratch);
         }
         self.equations.passes = 0;
         let Self {

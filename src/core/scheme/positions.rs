@@ -134,7 +134,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             active: ActiveSet { jacobian, .. },
             ..
         } = self;
-        let (factor, joints) = (&mut self.matrix.factor, &mut self.equations.joints);
+        let (factor, free, joints) = (&mut self.matrix.factor, &self.matrix.free, &mut self.equations.joints);
         let (Some(lasting), Some(w)) = (lasting, self.cones.problem.delassus().formed()) else {
             return T::zero();
         };
@@ -173,7 +173,9 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         }
         scratch.copy_from_slice(impulse);
         if joints.is_empty() {
-            factor.solve_in_place(scratch);
+            // What moves as told moves by nothing else.
+            scratch[*free..].fill(T::zero());
+            factor.solve_in_place(&mut scratch[..*free]);
             place.copy_from_slice(q);
             system.advance(place, scratch, q);
             return -dot(force, scratch);

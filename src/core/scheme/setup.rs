@@ -26,9 +26,8 @@ pub struct Settings<T> {
     pub allow_unproved_theta: bool,
     /// Contacts that carried a percussion and are slow [last](crate::laws::Approach::lasting): they take no restitution and
     /// stay in the active set through rounding, their islands take `theta_rest`, and their overlaps are opened. Default
-    /// `true`; without, the rule of the active set is taken literally. Systems with damping or stiffness, with springs, motors
-    /// or friction in joints, with degrees of freedom that move as told and nonlinear ones, and steps under error control,
-    /// have none.
+    /// `true`; without, the rule of the active set is taken literally. Systems with damping or stiffness, with springs or
+    /// dampers in joints and nonlinear ones, and steps under error control, have none.
     pub lasting: bool,
     /// θ ∈ [½, 1] of islands all of whose contacts last. Default 1: what sticks stands still. See [`scheme`](super).
     pub theta_rest: T,

@@ -89,7 +89,13 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         next.momentum.swap(0, 1);
         next.elastic_force.swap(0, 1);
         if let Some(lasting) = &mut self.lasting {
-            lasting.accept(&next.contacts, self.settings.step);
+            if self.equations.joints.drives() {
+                // What motors do is known behind the step.
+                next.scratch.copy_from_slice(&next.force);
+                self.equations.joints.add_forces(self.settings.step, &mut next.scratch);
+                lasting.set_pull(&mut self.matrix.factor, &mut next.scratch);
+            }
+            lasting.accept(&next.contacts, self.settings.step, self.active.tolerances.1);
         }
         self.memories.accept(&self.laws, &next.contacts, self.settings.step);
         self.warm.length = self.settings.step;

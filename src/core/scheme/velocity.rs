@@ -178,16 +178,19 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         }
         self.land();
         let Self {
-            next: Next { v, contacts, .. },
-            active: ActiveSet { jacobian, .. },
-            cones: Cones { percussions, .. },
-            ..
+            active: ActiveSet { jacobian, .. }, cones: Cones { percussions, .. }, lasting, next, ..
         } = self;
+        let Next { v, v_theta, contacts, .. } = next;
+        let thetas = lasting.as_ref().and_then(Lasting::theta);
         for (i, contact) in contacts.iter_mut().enumerate() {
             contact.percussion = percussions[i];
             contact.after = jacobian.velocity(i, v);
             let theta = contact.theta;
-            let average: SVector<T, D> = contact.before * (T::one() - theta) + contact.after * theta;
+            let average: SVector<T, D> = match thetas {
+                // What moves as told keeps the θ of the scene, whatever that of the bodies on it.
+                Some(_) if told > 0 => jacobian.velocity(i, v_theta),
+                _ => contact.before * (T::one() - theta) + contact.after * theta,
+            };
             contact.normal_work = average[0] * contact.percussion[0];
             contact.tangential_work = average.dot(&contact.percussion) - contact.normal_work;
             if D == 1 {

@@ -9,6 +9,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::StudyError;
+use crate::file::create_folder;
 
 /// The outcomes of a study as they come, one line each behind the fingerprint of everything the outcome depends on.
 ///
@@ -26,7 +27,7 @@ impl Journal {
         folder: &Path,
         fresh: bool,
     ) -> Result<(Self, BTreeMap<u64, R>), StudyError> {
-        std::fs::create_dir_all(folder).map_err(|source| StudyError::io(folder, source))?;
+        create_folder(folder).map_err(|source| StudyError::io(folder, source))?;
         let path = folder.join("journal.csv");
         let io = |source| StudyError::io(&path, source);
         let mut file =

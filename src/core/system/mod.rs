@@ -381,6 +381,24 @@ pub enum SystemError {
         /// What is wrong.
         source: InertiaError,
     },
+    /// A connection of a body with itself.
+    #[error(
+        "{what} connects `{body}` with `{body}`: it wants two different bodies, another body or the ground as the second"
+    )]
+    OneBody {
+        /// The connection.
+        what: String,
+        /// The body.
+        body: String,
+    },
+    /// A connection of bodies that all move as told.
+    #[error("{what} connects {bodies}: one of its bodies must move under forces")]
+    NoneFree {
+        /// The connection.
+        what: String,
+        /// The bodies, by name.
+        bodies: String,
+    },
     /// An outline is no convex polygon.
     #[error("polygon `{label}`, vertex {vertex}: {reason}")]
     Polygon {

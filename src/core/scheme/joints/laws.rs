@@ -187,6 +187,21 @@ impl<T: Scalar> Bilateral<T> {
         works
     }
 
+    /// Whether motors or dry friction act in any row.
+    pub(in crate::scheme) fn drives(&self) -> bool {
+        self.laws.any
+    }
+
+    /// out ← out + Ḡᵀ λ/h over the rows of motors and dry friction, of the step made (N, N m).
+    pub(in crate::scheme) fn add_forces(&self, step: T, out: &mut [T]) {
+        for (row, law) in self.laws.rows.iter().enumerate() {
+            if matches!(law, RowLaw::Driven { .. } | RowLaw::Given { .. }) {
+                let force = SVector::<T, 1>::new(self.accepted.multipliers[row] / step);
+                self.rows.add_transpose(row, &force, out);
+            }
+        }
+    }
+
     /// Takes the impulses of the rows on the degrees of freedom from `free` on out of `reaction`.
     pub(in crate::scheme) fn take_from(&self, free: usize, reaction: &mut [T]) {
         for row in 0..self.count {

@@ -292,13 +292,15 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         let body = known("body", body.0, self.bodies.len())?;
         let other = other.filter(|&other| other != BodyId::GROUND);
         let other = other.map(|other| known("body", other.0, self.bodies.len())).transpose()?;
-        let refuse = |what, range| Err(SystemError::OutOfRange { what, value: body as f64, range });
+        let name = |body: usize| self.bodies[body].0.clone();
         if other == Some(body) {
-            return refuse(format!("other body of {what}"), "another body");
+            return Err(SystemError::OneBody { what: what.into(), body: name(body) });
         }
         let free = self.free_bodies();
         if body >= free && other.is_none_or(|other| other >= free) {
-            return refuse(format!("body of {what}"), "one that moves under forces, or its other is");
+            let other = other.map_or("the ground".into(), |other| format!("`{}`", name(other)));
+            let bodies = format!("`{}` with {other}", name(body));
+            return Err(SystemError::NoneFree { what: what.into(), bodies });
         }
         Ok((Side { body: Some(body), point: at.into() }, Side { body: other, point: on.into() }))
     }
