@@ -5,12 +5,15 @@ use std::fmt::Write as _;
 use super::source::{Field, Item, attribute, item, renamed, text, value_of};
 
 /// Where the types of scene files are.
-const FILES: [&str; 13] = [
+const FILES: [&str; 16] = [
     "src/core/scene/format.rs",
     "src/core/scene/joints.rs",
     "src/core/scene/lagrangian.rs",
     "src/core/scene/obstacles.rs",
     "src/core/scene/solid.rs",
+    "src/core/scene/space/format.rs",
+    "src/core/scene/space/repeat.rs",
+    "src/core/scene/space/shape.rs",
     "src/core/scene/time.rs",
     "src/core/scheme/activation.rs",
     "src/core/system/rigid_bodies/curves.rs",
@@ -66,6 +69,7 @@ pub(crate) fn page() -> String {
     let source = text(&FILES);
     let mut page = Page { source, out: HEAD.into(), done: Vec::new() };
     page.section("Scene", "");
+    page.section("SpaceScene", "");
     page.signals();
     page.registry();
     page.out
@@ -103,7 +107,13 @@ impl Page {
         }
         self.done.push(name.into());
         let item = self.item(name).unwrap_or_else(|| panic!("no type {name}"));
-        let title = if place.is_empty() { "The top of the file".into() } else { format!("`{place}`") };
+        let title = if name == "SpaceScene" {
+            "In space: the top of the file".into()
+        } else if place.is_empty() {
+            "The top of the file".into()
+        } else {
+            format!("`{place}`")
+        };
         let _ = write!(self.out, "## {title}\n\n{}\n\n", links_out(&item.doc));
         self.out.push_str("| key | value | unit | default | meaning |\n|---|---|---|---|---|\n");
         let mut inner = Vec::new();

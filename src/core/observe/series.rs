@@ -159,7 +159,7 @@ impl SeriesRecorder {
         let series = &mut self.series;
         series.time.push(to_f64(state.time));
         for (column, &dof) in self.dofs.iter().enumerate() {
-            series.q[column].push(to_f64(state.q[dof]));
+            series.q[column].push(to_f64(state.q[frame.system.coordinate_of(dof)]));
             series.v[column].push(to_f64(state.v[dof]));
         }
         if let Some(contact) = self.contact {

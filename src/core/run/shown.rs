@@ -17,13 +17,17 @@ pub(super) fn shown(
         name: name.clone(),
         known: known.join(", "),
     };
+    let bodies: Vec<&String> = match &scene.space {
+        Some(space) => space.bodies.iter().map(|body| &body.name).collect(),
+        None => scene.bodies.iter().map(|body| &body.name).collect(),
+    };
     let body = match &scene.output.figure_body {
         None => 0,
-        Some(name) => scene.bodies.iter().position(|body| &body.name == name).ok_or_else(|| {
-            unknown("output.figure_body", name, scene.bodies.iter().map(|b| b.name.clone()).collect())
+        Some(name) => bodies.iter().position(|&body| body == name).ok_or_else(|| {
+            unknown("output.figure_body", name, bodies.iter().take(20).map(|&b| b.clone()).collect())
         })?,
     };
-    let few = scene.bodies.len() <= FEW_BODIES || scene.output.figure_contact.is_some();
+    let few = bodies.len() <= FEW_BODIES || scene.output.figure_contact.is_some();
     let candidates = simulation.candidates(if few { f64::INFINITY } else { 0.0 });
     let contact = match &scene.output.figure_contact {
         None => candidates.iter().map(|&(id, _)| id).min(),
@@ -33,6 +37,9 @@ pub(super) fn shown(
             Some(found.ok_or_else(|| unknown("output.figure_contact", name, known()))?)
         }
     };
+    if scene.space.is_some() {
+        return Ok(((6 * body..6 * body + 3).collect(), contact));
+    }
     if let Some(lagrangian) = &scene.lagrangian {
         return Ok(((0..lagrangian.coordinates.len().min(3)).collect(), contact));
     }

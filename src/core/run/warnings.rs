@@ -97,6 +97,9 @@ impl fmt::Display for Warning {
 
 /// A tenth of the smallest shape (m); without shapes nothing is too deep.
 pub(super) fn deepest_allowed(scene: &Scene, mesh: Option<&Mesh>) -> f64 {
+    if let Some(space) = &scene.space {
+        return DEEP * space.least_size(&scene.folder);
+    }
     let sizes = scene.bodies.iter().flat_map(|body| {
         let discs = body.discs.iter().map(|disc| 2.0 * disc.radius);
         let polygons = body.polygons.iter().map(|polygon| {

@@ -111,7 +111,9 @@ pub fn contact_dimension(
     }
     match rows {
         Rows::Normal => Ok(1),
+        Rows::Tangent if scene.space.is_some() => Ok(3),
         Rows::Tangent => Ok(2),
+        _ if scene.space.is_some() => Err(SceneError::RollingSpace { law: scene.laws.join(", ") }),
         _ if scene.solid.is_some() => Err(SceneError::RollingSolid),
         _ => Ok(3),
     }
@@ -142,6 +144,9 @@ pub(super) fn parts<T: Scalar, const D: usize>(
     registry: &Registry,
 ) -> Result<Parts<T, D>, SceneError> {
     check_state(scene)?;
+    if let Some(space) = &scene.space {
+        return space.parts(scene, (run, registry));
+    }
     if let Some(lagrangian) = &scene.lagrangian {
         return lagrangian.parts(scene, (run, registry));
     }
@@ -213,6 +218,10 @@ fn check_state(scene: &Scene) -> Result<(), SceneError> {
         None => Ok(()),
     };
     check(&|| "gravity".into(), &scene.gravity)?;
+    if let Some(value) = scene.dimension.filter(|&dimension| dimension != 2 && scene.space.is_none()) {
+        let (what, range) = ("dimension".into(), "2 or 3");
+        return Err(SceneError::OutOfRange { what, value: value.into(), range });
+    }
     check_obstacles(scene)?;
     if let Some(solid) = &scene.solid {
         check(&|| format!("velocity of `{}`", solid.name), &solid.velocity)?;

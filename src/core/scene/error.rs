@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::adaptive::AdaptiveError;
+use crate::geometry::{CompoundError, PoseError, ShapeError, SurfaceError};
 use crate::laws::LawError;
 use crate::mesh::MeshError;
 use crate::scheme::{EquilibriumError, SetupError};
@@ -17,6 +18,79 @@ pub enum SceneError {
     /// A law with rolling resistance on an elastic body, whose nodes do not turn.
     #[error("the nodes of an elastic body do not turn: a law with rolling resistance has nothing to act on")]
     RollingSolid,
+    /// A law with rolling resistance in space.
+    #[error("laws with rolling resistance act on planar bodies: `{law}` in space wants one without")]
+    RollingSpace {
+        /// The law.
+        law: String,
+    },
+    /// A shape that is none.
+    #[error("shape `{shape}`: {source}")]
+    Shape {
+        /// Its name.
+        shape: String,
+        /// What is wrong.
+        source: ShapeError,
+    },
+    /// A shape that is given in no way, or in several.
+    #[error(
+        "shape `{shape}` has {}: give one of ball, box, capsule, cylinder, cone, hull and file",
+        if given.is_empty() { "no geometry" } else { given }
+    )]
+    OneShape {
+        /// Its name.
+        shape: String,
+        /// The ways it is given in.
+        given: String,
+    },
+    /// A scale of what no file has.
+    #[error("shape `{shape}` has a scale, which is for shapes of a file")]
+    NoFile {
+        /// Its name.
+        shape: String,
+    },
+    /// A file of a shape that cannot be read.
+    #[error("shape `{shape}`: cannot read {}: {source}", file.display())]
+    ShapeFile {
+        /// Its name.
+        shape: String,
+        /// The file.
+        file: PathBuf,
+        /// What the system says.
+        source: Arc<std::io::Error>,
+    },
+    /// A file that is no convex solid.
+    #[error("shape `{shape}`, {}: {source}", file.display())]
+    Surface {
+        /// Its name.
+        shape: String,
+        /// The file.
+        file: PathBuf,
+        /// What is wrong.
+        source: SurfaceError,
+    },
+    /// A place that is none.
+    #[error("place of `{of}`: {source}")]
+    Pose {
+        /// What stands there.
+        of: String,
+        /// What is wrong.
+        source: PoseError,
+    },
+    /// A body whose shapes give no mass or inertia.
+    #[error("mass of `{body}`: {source}")]
+    BodyMass {
+        /// Its name.
+        body: String,
+        /// What is wrong.
+        source: CompoundError,
+    },
+    /// A body without mass, or with two.
+    #[error("body `{body}` wants a density, or a mass, or a mass and an inertia")]
+    MassOrDensity {
+        /// Its name.
+        body: String,
+    },
     /// The file cannot be read.
     #[error("cannot read the scene {}: {source}", path.display())]
     Read {

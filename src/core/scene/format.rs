@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 
+use super::space::{self, SpaceSpec};
 use super::{JointSpec, LagrangianSpec, ObstacleSpec, SceneError, SolidSpec, SpringSpec, TimeSpec};
 use crate::observe::Units;
 use crate::system::Signal;
@@ -22,6 +23,8 @@ pub struct Scene {
     /// Names of the solvers to run with each law.
     #[serde(default = "default_solvers")]
     pub solvers: Vec<String>,
+    /// Number of dimensions (dimensionless), 2; with 3 the file is a scene in space.
+    pub dimension: Option<u8>,
     /// Arithmetic of the run.
     #[serde(default)]
     pub scalar: ScalarName,
@@ -61,12 +64,15 @@ pub struct Scene {
     /// Which pairs touch, and the parameters of their law.
     #[serde(default)]
     pub interfaces: Vec<InterfaceSpec>,
+    /// What a scene in space has, in place of all that is planar.
+    #[serde(skip)]
+    pub space: Option<SpaceSpec>,
     /// Folder of the scene file, which the names of mesh files start from.
     #[serde(skip)]
     pub folder: PathBuf,
 }
 
-fn default_solvers() -> Vec<String> {
+pub(super) fn default_solvers() -> Vec<String> {
     vec![crate::solver::DEFAULT.into()]
 }
 
@@ -284,7 +290,11 @@ impl Scene {
     /// # Errors
     /// [`SceneError::Parse`] with line and column.
     pub fn parse(text: &str, path: &Path) -> Result<Self, SceneError> {
-        let scene: Self = toml::from_str(text).map_err(|error| SceneError::parse(path, text, &error))?;
+        let error = |error: toml::de::Error| SceneError::parse(path, text, &error);
+        let table: toml::Table = toml::from_str(text).map_err(error)?;
+        let scene: Self =
+            if space::is_spatial(&table) { space::from_text(text) } else { toml::from_str(text) }
+                .map_err(error)?;
         Ok(scene.in_folder_of(path))
     }
 
@@ -309,7 +319,11 @@ impl Scene {
             set_key(&mut table, key, value.clone())
                 .map_err(|message| SceneError::Key { key: key.clone(), message })?;
         }
-        let scene = Self::deserialize(toml::Value::Table(table)).map_err(|error| SceneError::Key {
+        let scene = match space::is_spatial(&table) {
+            true => space::from_table(table),
+            false => Self::deserialize(toml::Value::Table(table)),
+        };
+        let scene = scene.map_err(|error| SceneError::Key {
             key: all(),
             message: error.to_string().split_whitespace().collect::<Vec<_>>().join(" "),
         })?;

@@ -20,6 +20,7 @@ mod names;
 mod obstacles;
 mod plan;
 mod solid;
+mod space;
 mod theta;
 mod time;
 mod warnings;
@@ -38,5 +39,9 @@ pub use lagrangian::{GapSpec, GeneralLoadSpec, LagrangianSpec};
 pub use obstacles::{ArcSpec, ChainSpec, MotionSpec, ObstacleSpec};
 pub use plan::{Overrides, PlannedRun};
 pub use solid::{MeshSpec, PreloadSpec, PrescribedSpec, SolidSpec, SupportName, TractionSpec};
+pub use space::{
+    RepeatSpec, ShapeSpec, SpaceBodySpec, SpaceHalfSpec, SpaceLoadSpec, SpaceObstacleSpec, SpaceScene,
+    SpaceSpec,
+};
 pub use time::{AdaptiveSpec, TimeSpec};
 pub use warnings::SceneWarning;

@@ -159,7 +159,12 @@ impl Scene {
     /// [`SceneError`]: names taken twice, interfaces that name nothing, a law or a mesh that cannot be had.
     pub fn warnings(&self, registry: &Registry) -> Result<Vec<SceneWarning>, SceneError> {
         let mut warnings = Vec::new();
-        if let Some(solid) = &self.solid {
+        if let Some(space) = &self.space {
+            let names = space.idle(self);
+            if !names.is_empty() && !(self.interfaces.is_empty() && space.has_bodies_alone()) {
+                warnings.push(SceneWarning::TouchesNothing { names });
+            }
+        } else if let Some(solid) = &self.solid {
             if self.interfaces.is_empty() && !self.half_planes.is_empty() {
                 warnings.push(SceneWarning::TouchesNothing { names: vec![solid.name.clone()] });
             }

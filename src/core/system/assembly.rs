@@ -448,6 +448,11 @@ impl<T: Scalar, const D: usize> Describe<T> for Assembly<T, D> {
         self.at(dof, |member| &member.v).map_or("m", |(member, dof)| member.system.dof_unit(dof))
     }
 
+    fn coordinate_of(&self, dof: usize) -> usize {
+        let found = self.at(dof, |member| &member.v);
+        found.map_or(dof, |(member, i)| member.q.start + member.system.coordinate_of(i))
+    }
+
     fn coordinate_label(&self, coordinate: usize) -> String {
         let found = self.at(coordinate, |member| &member.q);
         found.map_or_else(String::new, |(m, i)| format!("{}.{}", m.name, m.system.coordinate_label(i)))

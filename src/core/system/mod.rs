@@ -279,6 +279,11 @@ pub trait Describe<T: Scalar> {
         "m"
     }
 
+    /// Component of q that shows a shift along a degree of freedom; the same number where both are one.
+    fn coordinate_of(&self, dof: usize) -> usize {
+        dof
+    }
+
     /// Name of a component of q; that of the degree of freedom where both are one.
     fn coordinate_label(&self, coordinate: usize) -> String {
         self.dof_label(coordinate)

@@ -18,6 +18,7 @@
 mod builder;
 mod flight;
 mod identity;
+mod pictures;
 mod shape;
 
 use nalgebra::{SVector, Vector3};
@@ -25,7 +26,7 @@ use nalgebra::{SVector, Vector3};
 pub use builder::{SpatialBodiesBuilder, SpatialBody};
 
 use super::interfaces::Interfaces;
-use super::{Contacts, Describe, Dynamics, Forces, Scales};
+use super::{ContactPlace, Contacts, Describe, Dynamics, Forces, Scales, Solid};
 use crate::contact::{Candidate, ContactId};
 use crate::geometry::{self, Bounds, BroadPhase, Meeting, NarrowPhase, Pose, frame, resolve};
 use crate::linalg::{BlockRows, Symmetric, max_abs};
@@ -334,6 +335,22 @@ impl<T: Scalar> Describe<T> for SpatialBodies<T> {
     fn coordinate_label(&self, coordinate: usize) -> String {
         let name = ["x", "y", "z", "qw", "qx", "qy", "qz"][coordinate % COORDINATES];
         format!("{}.{name}", self.names[coordinate / COORDINATES])
+    }
+
+    fn coordinate_of(&self, dof: usize) -> usize {
+        COORDINATES * (dof / DOFS) + dof % DOFS
+    }
+
+    fn solids(&self) -> Vec<Solid> {
+        self.pictures()
+    }
+
+    fn body_pose(&self, body: usize, q: &[T]) -> ([f64; 3], [f64; 4]) {
+        self.pose_of(body, q)
+    }
+
+    fn contact_place(&self, contact: ContactId, q: &[T]) -> Option<ContactPlace> {
+        self.place_of(contact, q)
     }
 
     fn contact_label(&self, contact: ContactId) -> String {
