@@ -218,7 +218,7 @@ fn a_browser_shows_the_page() {
     assert!(output.status.success(), "{}", stderr(&output));
     let marbles_page = bench.0.path().join("marbles.html");
     marbles(60, 100, &marbles_page);
-    for (path, frames) in [(bench.results().join("newton.html"), 251 + 250), (marbles_page, 101)] {
+    for (path, frames) in [(bench.results().join("newton.html"), 502), (marbles_page.clone(), 101)] {
         for hash in ["", "#t=0.3&theme=dark"] {
             let dom = shown(&browser, &path, hash, None);
             let start: String = dom.chars().take(300).collect();
@@ -246,5 +246,6 @@ fn a_browser_shows_the_page() {
         std::fs::create_dir_all(&folder).expect("a folder");
         let page = bench.results().join("newton.html");
         shown(&browser, &page, "#t=0.3", Some(&folder.join("rocking_block.png")));
+        shown(&browser, &marbles_page, "#t=0.8", Some(&folder.join("marbles.png")));
     }
 }

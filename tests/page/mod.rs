@@ -91,7 +91,7 @@ impl Page {
         let mut poses = vec![vec![[0; 7]; frames]; bodies];
         for (stream, &mode) in modes.iter().enumerate() {
             let (mut one, mut two) = (0_u16, 0_u16);
-            for k in 0..frames {
+            for (k, pose) in poses[stream / 7].iter_mut().enumerate() {
                 // What never changes is there once, as it is.
                 let x = match (mode, k) {
                     (0, 0) => numbers.next().expect("a number"),
@@ -103,7 +103,7 @@ impl Page {
                     }
                 };
                 (one, two) = (x, one);
-                poses[stream / 7][k][stream % 7] = one;
+                pose[stream % 7] = one;
             }
         }
         let of_frame = bytes.counts(frames);
