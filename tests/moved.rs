@@ -146,6 +146,41 @@ fn a_stack_rides_up_on_a_belt_that_climbs() {
     assert!(imbalance < 1e-12 * 10.0, "{imbalance}");
 }
 
+#[test]
+fn bodies_on_belts_that_start_run_and_stop_take_no_energy_from_their_contacts() {
+    let table =
+        "{ table = { times = [-1.0, 0.2, 0.5, 0.8, 1.0, 9.0], values = [0.0, 0.0, 0.6, 0.6, 0.3, 0.3] } }";
+    for (law, e) in [("newton", 0.0), ("fremond", 0.0), ("fremond", 0.6), ("moreau", 0.3)] {
+        for signal in [table, "{ sine = { frequency = 2.0 } }", "{ linear = { rate = 1.5 } }"] {
+            let mut text = head(1e-3, 1.5)
+                .replace("newton", law)
+                .replace("theta = 0.5", "")
+                .replace("allow_unproved_theta = true", "");
+            for (name, x, y) in [("a", 0.0, 0.12), ("b", 0.02, 0.33), ("c", 0.5, 0.2)] {
+                text += &format!(
+                    "[[bodies]]\nname = '{name}'\ngroups = ['all']\nmass = 1.0\ninertia = 0.01\nposition = [{x:?}, \
+                     {y:?}]\npolygons = [{{ name = 'p', vertices = [[-0.15, -0.1], [0.15, -0.1], [0.15, 0.1], \
+                     [-0.15, 0.1]] }}]\n"
+                );
+            }
+            text += &format!(
+                "[[obstacles]]\nname = 'belt'\ngroups = ['all']\nhalf_planes = [{{ name = 'top', normal = [0.0, 1.0] \
+                 }}]\nmotion = [{{ displacement = [1.0, 0.05], signal = {signal} }}]\n[[interfaces]]\n\
+                 between = ['all', 'all']\nparameters = {{ restitution = {e:?}, friction = 0.4 }}\n"
+            );
+            let (mut energy, mut created) = (0.0_f64, 0);
+            let imbalance = follow::<2>(&text, |scheme| {
+                let step = scheme.last_step();
+                energy = energy.max(step.energies.total().abs());
+                created +=
+                    step.contacts.iter().filter(|contact| contact.creates_energy() != [false; 2]).count();
+            });
+            assert_eq!(created, 0, "{law}, e = {e}, {signal}");
+            assert!(imbalance < 1e-12 * energy, "{law}, e = {e}, {signal}: {imbalance} of {energy}");
+        }
+    }
+}
+
 /// A ball on a plate that moves as A sin 2πft with A ω² = `ratio` g.
 fn shaker(ratio: f64) -> (String, f64) {
     let omega = 2.0 * PI * 5.0;
