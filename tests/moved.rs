@@ -173,8 +173,10 @@ fn bodies_on_belts_that_start_run_and_stop_take_no_energy_from_their_contacts() 
             let imbalance = follow::<2>(&text, |scheme| {
                 let step = scheme.last_step();
                 energy = energy.max(step.energies.total().abs());
+                // Percussions of 1e-11 N s, which the solver leaves, work by 1e-28 J.
+                let works = step.contacts.iter().filter(|contact| contact.creates_energy() != [false; 2]);
                 created +=
-                    step.contacts.iter().filter(|contact| contact.creates_energy() != [false; 2]).count();
+                    works.filter(|c| c.normal_work.max(c.tangential_work) > f64::EPSILON * 1e-6).count();
             });
             assert_eq!(created, 0, "{law}, e = {e}, {signal}");
             assert!(imbalance < 1e-12 * energy, "{law}, e = {e}, {signal}: {imbalance} of {energy}");
