@@ -317,7 +317,9 @@ impl<T: Scalar> Lasting<T> {
         contacts: &mut [ContactStep<T, D>],
     ) {
         self.changed = false;
-        if !self.entries.iter().any(|entry| entry.slow) {
+        // What θ > ½ takes in an impact pays for what the impact leaves, so that its island is asked for.
+        let takes = theta > lit(0.5) && !self.entries.is_empty();
+        if !(takes || self.entries.iter().any(|entry| entry.slow)) {
             return;
         }
         let Self { parent, impact, free, .. } = self;

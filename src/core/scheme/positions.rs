@@ -97,7 +97,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         for (entry, contact) in lasting.entries.iter_mut().zip(&next.contacts) {
             entry.account += contact.normal_work + contact.tangential_work;
         }
-        if lasting.changed {
+        if lasting.changed || settings.theta > lit(0.5) && !next.contacts.is_empty() {
             let Next { v, momentum: [before, after], contacts, .. } = next;
             system.mass().multiply(v, after);
             let loss = |dof: usize, theta: T| {
