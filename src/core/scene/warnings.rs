@@ -161,7 +161,9 @@ impl Scene {
         let mut warnings = Vec::new();
         if let Some(space) = &self.space {
             let names = space.idle(self);
-            if !names.is_empty() && !(self.interfaces.is_empty() && space.has_bodies_alone()) {
+            // One body alone has nothing to touch.
+            let is_meant = self.interfaces.is_empty() && space.has_bodies_alone();
+            if !(names.is_empty() || is_meant) {
                 warnings.push(SceneWarning::TouchesNothing { names });
             }
         } else if let Some(solid) = &self.solid {

@@ -109,7 +109,7 @@ impl SpaceSpec {
             known.insert(half.name.clone());
         }
         for interface in &scene.interfaces {
-            for name in interface.between.iter().filter(|name| !known.contains(*name)) {
+            if let Some(name) = interface.between.iter().find(|name| !known.contains(*name)) {
                 let place = format!("interface {}", interface.label());
                 let known = known.iter().map(String::as_str).collect::<Vec<_>>().join(", ");
                 return Err(SceneError::UnknownName { place, name: name.clone(), known });

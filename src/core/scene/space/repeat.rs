@@ -64,9 +64,8 @@ impl SpaceBodySpec {
             let mut copy = Self { repeat: None, ..self.clone() };
             copy.name = format!("{}.{}", self.name, all.len() + 1);
             copy.groups.push(self.name.clone());
-            for axis in 0..3 {
-                copy.position[axis] +=
-                    place[axis] as f64 * repeat.spacing[axis] + stream.next() * repeat.jitter;
+            for (x, (k, spacing)) in copy.position.iter_mut().zip(place.into_iter().zip(repeat.spacing)) {
+                *x += k as f64 * spacing + stream.next() * repeat.jitter;
             }
             let axis = [stream.next(), stream.next(), stream.next()];
             let angle = stream.next() * repeat.turn;
