@@ -27,9 +27,11 @@ pub(super) fn shown(
             unknown("output.figure_body", name, bodies.iter().take(20).map(|&b| b.clone()).collect())
         })?,
     };
-    let few = bodies.len() <= FEW_BODIES || scene.output.figure_contact.is_some();
+    let few = bodies.len() <= FEW_BODIES && scene.space.is_none() || scene.output.figure_contact.is_some();
     let candidates = simulation.candidates(if few { f64::INFINITY } else { 0.0 });
     let contact = match &scene.output.figure_contact {
+        // Bodies in space have thousands that never touch: none stands for all.
+        None if scene.space.is_some() => None,
         None => candidates.iter().map(|&(id, _)| id).min(),
         Some(name) => {
             let found = candidates.iter().find(|(_, label)| label == name).map(|&(id, _)| id);
