@@ -177,7 +177,7 @@ fn what_is_wrong_in_a_scene_in_space_is_said_by_name() {
         ("normal = [0.0, 0.0, 1.0]", "normal = [0.0, 0.0, 0.0]", "normal of `floor`"),
         ("[\"box\", \"floor\"]", "[\"box\", \"flor\"]", "`flor`"),
         ("name = \"floor\"", "name = \"box\"", "box"),
-        ("gravity = [0.0, 0.0, -9.81]", "gravity = [0.0, -9.81]", "gravity"),
+        ("gravity = [0.0, 0.0, -9.81]", "gravity = [0.0, -9.81]", "length 3"),
     ];
     for (from, to, says) in cases {
         let error = run(&with(from, to), 1).expect_err(to).to_string();

@@ -129,7 +129,8 @@ impl Page {
             let default = self.default(field, &core, optional);
             let unit = self.unit(name, field, &core);
             let meaning = self.meaning(field, &core);
-            let _ = writeln!(self.out, "| `{}` | {value} | {unit} | {default} | {meaning} |", field.name);
+            let key = attribute(&field.serde, "rename").unwrap_or(&field.name);
+            let _ = writeln!(self.out, "| `{key}` | {value} | {unit} | {default} | {meaning} |");
             let element = core.strip_prefix("Vec<").map_or(&*core, |rest| rest.trim_end_matches('>'));
             if element.ends_with("Spec") {
                 let path = if place.is_empty() {
@@ -156,12 +157,15 @@ impl Page {
         };
         match core {
             "f64" => "number".into(),
-            "usize" => "whole number".into(),
+            "usize" | "u8" | "u64" => "whole number".into(),
+            "[usize; 3]" => "three whole numbers".into(),
             "bool" => "`true` or `false`".into(),
             "String" | "PathBuf" => "text".into(),
             "StepField" => "number, or `\"adaptive\"`".into(),
             "[f64; 2]" => "two numbers".into(),
             "[f64; 3]" => "three numbers".into(),
+            "[f64; 4]" => "four numbers".into(),
+            "Vec<[f64; 3]>" => "list of triples of numbers".into(),
             "[String; 2]" => "two texts".into(),
             "Vec<String>" => "list of texts".into(),
             "Vec<[f64; 2]>" => "list of pairs of numbers".into(),
@@ -204,7 +208,7 @@ impl Page {
             return "–".into();
         }
         match core {
-            "f64" => "`0`".into(),
+            "f64" | "u64" => "`0`".into(),
             "bool" => "`false`".into(),
             "[f64; 2]" => "`[0, 0]`".into(),
             "[f64; 3]" => "`[0, 0, 0]`".into(),
@@ -221,7 +225,16 @@ impl Page {
     }
 
     fn unit(&self, of: &str, field: &Field, core: &str) -> String {
-        let number = ["f64", "[f64; 2]", "[f64; 3]", "Vec<[f64; 2]>", "BTreeMap<String, f64>", "StepField"];
+        let number = [
+            "f64",
+            "[f64; 2]",
+            "[f64; 3]",
+            "[f64; 4]",
+            "Vec<[f64; 2]>",
+            "Vec<[f64; 3]>",
+            "BTreeMap<String, f64>",
+            "StepField",
+        ];
         if !number.contains(&core) {
             return String::new();
         }
