@@ -122,7 +122,7 @@ impl Page {
                 continue;
             }
             let (core, optional) = match field.kind.strip_prefix("Option<") {
-                Some(rest) => (rest.trim_end_matches('>').to_string(), true),
+                Some(rest) => (rest.strip_suffix('>').unwrap_or(rest).to_string(), true),
                 None => (field.kind.clone(), false),
             };
             let value = self.value(&core, &field.name, place);
