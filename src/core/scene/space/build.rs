@@ -205,6 +205,7 @@ impl SpaceSpec {
     }
 
     /// The least size of a shape on a body (m), infinite without any.
+    #[cfg(feature = "runs")]
     pub(crate) fn least_size(&self, folder: &Path) -> f64 {
         let shapes = self.bodies.iter().flat_map(|body| &body.shapes);
         let parts = shapes.filter_map(|shape| shape.part::<f64>("", folder).ok());
