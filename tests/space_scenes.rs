@@ -192,6 +192,62 @@ fn what_is_wrong_in_a_scene_in_space_is_said_by_name() {
     assert!(error.contains("dimension"), "{error}");
 }
 
+/// An octahedron of radius `r` as OBJ, or with one face turned inside out.
+fn octahedron(r: f64, inverted: bool) -> String {
+    let points =
+        [[r, 0.0, 0.0], [0.0, r, 0.0], [-r, 0.0, 0.0], [0.0, -r, 0.0], [0.0, 0.0, r], [0.0, 0.0, -r]];
+    let mut text: String = points.iter().map(|[x, y, z]| format!("v {x} {y} {z}\n")).collect();
+    for i in 0..4 {
+        let (a, b) = (i + 1, (i + 1) % 4 + 1);
+        let upper = if inverted && i == 0 { [b, a, 5] } else { [a, b, 5] };
+        for [a, b, c] in [upper, [b, a, 6]] {
+            text += &format!("f {a} {b} {c}\n");
+        }
+    }
+    text
+}
+
+#[test]
+fn shapes_of_files_are_read_from_beside_the_scene_and_belong_to_its_fingerprint() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |text: String| std::fs::write(folder.path().join("stone.obj"), text).expect("written");
+    let text = with(
+        "shapes = [{ box = [0.4, 0.3, 0.2] }]",
+        "shapes = [{ file = \"stone.obj\", scale = 0.1 }]\n\
+                    repeat = { count = [3, 1, 1], spacing = [0.5, 0.0, 0.0] }",
+    );
+    let scene = Scene::parse(&text, &folder.path().join("scene.toml")).expect("a scene");
+    let registry = nonsmooth::registry();
+    let run = &scene.runs(&registry).expect("runs")[0];
+    let build = || nonsmooth::scene::build::<f64, 3>(&scene, run, &registry);
+    write(octahedron(1.0, false));
+    let first = scene.fingerprint().expect("read");
+    let scheme = build().expect("three stones");
+    // V = 4/3 r³ and J = m r²/5 of an octahedron of radius 0.1 m.
+    let mass = 1000.0 * 4.0 / 3.0 * 1e-3;
+    let found: Vec<f64> = scheme.system().mass().entries().map(|(_, _, m)| m).collect();
+    assert_eq!(found.len(), 18);
+    for (m, expected) in found.iter().zip([mass, mass, mass, 0.2 * mass * 0.01].iter().cycle().take(4)) {
+        assert!((m - expected).abs() <= 1e-12 * expected, "{found:?}");
+    }
+    write(octahedron(1.1, false));
+    assert_ne!(scene.fingerprint().expect("read").number(), first.number());
+    write(octahedron(1.0, true));
+    let refused = build().expect_err("an inverted face").to_string();
+    assert!(refused.contains("stone.obj") && refused.contains("box.1"), "{refused}");
+}
+
+#[test]
+fn interfaces_and_bodies_in_space_without_effect_are_told() {
+    let registry = nonsmooth::registry();
+    let text = with("[\"box\", \"floor\"]", "[\"box\", \"box\"]");
+    let warnings = parse(&text).expect("a scene").warnings(&registry).expect("names");
+    let told: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+    assert!(told.iter().any(|text| text.contains("no interface lets `box` touch anything")), "{told:?}");
+    assert!(told.iter().any(|text| text.contains("its sides are one body")), "{told:?}");
+    assert!(parse(BOX).expect("a scene").warnings(&registry).expect("names").is_empty());
+}
+
 #[test]
 fn error_control_refuses_bodies_in_space_by_name() {
     let mut scene = parse(BOX).expect("a scene");

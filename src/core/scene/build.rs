@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use nalgebra::SVector;
 
 use super::format::InterfaceSpec;
-use super::names::{Directory, Groups};
+use super::names::Directory;
 use super::obstacles::check_obstacles;
 use super::{GapSpec, JointSpec, LoadSpec, ObstacleSpec, PlannedRun, PreloadSpec, Scene, SceneError};
 use crate::laws::{Approach, ContactLaw, Rows};
@@ -264,21 +264,12 @@ fn build_system<T: Scalar, const D: usize>(
 ) -> Result<SystemAndLaws<T, D>, SceneError> {
     let directory = Directory::new(scene)?;
     directory.check_interfaces(scene)?;
+    let groups = directory.groups(scene);
     let mut builder = RigidBodies::builder();
-    let mut groups = Groups::default();
-    let mut of_all = |all: &[Vec<_>]| -> Vec<Vec<usize>> {
-        let mut of = |names| groups.of(Directory::sides(scene, names));
-        all.iter().map(|shapes| shapes.iter().map(&mut of).collect()).collect()
-    };
-    let contactor_groups = of_all(&directory.contactors);
-    let obstacle_groups = of_all(&directory.obstacles);
-    let plane_groups: Vec<usize> =
-        directory.planes.iter().map(|names| groups.of(Directory::sides(scene, names))).collect();
-    let sides = groups.into_sides();
-    let ids: Vec<_> = sides.iter().map(|_| builder.group()).collect();
+    let ids: Vec<_> = groups.sides.iter().map(|_| builder.group()).collect();
 
     let mut bodies: Vec<BodyId> = Vec::new();
-    for (body, groups) in scene.bodies.iter().zip(&contactor_groups) {
+    for (body, groups) in scene.bodies.iter().zip(&groups.contactors) {
         let id = builder.body(&body.name, Body { mass: lit(body.mass), inertia: lit(body.inertia) })?;
         builder.force(id, body.force.map(lit), lit(body.torque))?;
         for LoadSpec { force, torque, signal } in &body.loads {
@@ -299,7 +290,7 @@ fn build_system<T: Scalar, const D: usize>(
         bodies.push(id);
     }
     let mut movers: Vec<Option<BodyId>> = Vec::new();
-    for (obstacle, groups) in scene.obstacles.iter().zip(&obstacle_groups) {
+    for (obstacle, groups) in scene.obstacles.iter().zip(&groups.obstacles) {
         let groups: Vec<_> = groups.iter().map(|&group| ids[group]).collect();
         movers.push(obstacle.build(&mut builder, &groups)?);
     }
@@ -312,16 +303,12 @@ fn build_system<T: Scalar, const D: usize>(
         spring.build(scene, (&mut builder, (&bodies, &movers)), q)?;
     }
     builder.gravity(scene.gravity.map(lit))?;
-    for (plane, &group) in scene.half_planes.iter().zip(&plane_groups) {
+    for (plane, &group) in scene.half_planes.iter().zip(&groups.planes) {
         builder.half_plane(&plane.name, plane.point.map(lit), plane.normal.map(lit), ids[group])?;
     }
-    for a in 0..sides.len() {
-        for b in a..sides.len() {
-            if let Some(interface) = Directory::interface_between(&sides[a], &sides[b]) {
-                builder.interface(ids[a], ids[b])?;
-                laws.push(scene.interfaces[interface].law(run, registry)?);
-            }
-        }
+    for ([a, b], interface) in groups.interfaces() {
+        builder.interface(ids[a], ids[b])?;
+        laws.push(scene.interfaces[interface].law(run, registry)?);
     }
     Ok((builder.build()?, laws))
 }

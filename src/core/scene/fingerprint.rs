@@ -1,8 +1,9 @@
 //! Numbers that tell one set of settings from another.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-use super::Scene;
+use super::{Scene, SpaceSpec};
 
 /// A number that differs where what it was shown does (FNV-1a, 64 bits; Fowler, Noll & Vo, RFC 9923). It starts from the
 /// version of the program.
@@ -29,17 +30,19 @@ impl Fingerprint {
 }
 
 impl Scene {
-    /// The fingerprint of the scene, its mesh file and the program.
+    /// The fingerprint of the scene, its mesh file, the files of its shapes and the program.
     ///
     /// # Errors
-    /// What the system says where the mesh file cannot be read.
+    /// What the system says where a file cannot be read.
     pub fn fingerprint(&self) -> std::io::Result<Fingerprint> {
         // Another working folder names the same scene by another path.
         let bare = Self { folder: PathBuf::new(), ..self.clone() };
         let fingerprint = Fingerprint::default().and(format!("{bare:?}").as_bytes());
-        match self.solid.as_ref().and_then(|solid| solid.mesh.file.as_ref()) {
-            Some(file) => Ok(fingerprint.and(&std::fs::read(self.folder.join(file))?)),
-            None => Ok(fingerprint),
-        }
+        let mesh = self.solid.iter().filter_map(|solid| solid.mesh.file.as_ref());
+        // Copies of a body share their files.
+        let files: BTreeSet<&PathBuf> = mesh.chain(self.space.iter().flat_map(SpaceSpec::files)).collect();
+        files.into_iter().try_fold(fingerprint, |fingerprint, file| {
+            Ok(fingerprint.and(&std::fs::read(self.folder.join(file))?))
+        })
     }
 }

@@ -2,19 +2,53 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Scene, SceneError};
+use super::{Scene, SceneError, SpaceSpec};
 
 /// The names a contactor or a half-plane answers to.
 type Names = BTreeSet<String>;
 
+/// A body or an obstacle as the scene names it, and its shapes in the order in which they are built.
+pub(super) struct Owner {
+    pub(super) name: String,
+    pub(super) shapes: Vec<String>,
+    pub(super) groups: Vec<String>,
+}
+
 /// What every contactor and half-plane is called, and the groups of those that behave alike.
 pub(super) struct Directory {
-    /// Names of contactor j of body i, discs before polygons.
+    /// The bodies.
+    pub(super) bodies: Vec<Owner>,
+    /// Names of contactor j of body i.
     pub(super) contactors: Vec<Vec<Names>>,
     /// Names of shape j of obstacle i.
     pub(super) obstacles: Vec<Vec<Names>>,
-    /// Names of each half-plane.
+    /// Names of each half-plane, or half-space.
     pub(super) planes: Vec<Names>,
+}
+
+impl Scene {
+    /// The bodies, discs before polygons, the obstacles and the half-planes of a scene in the plane.
+    fn owners(&self) -> [Vec<Owner>; 3] {
+        let bodies = self.bodies.iter().map(|body| {
+            let discs = body.discs.iter().map(|disc| &disc.name);
+            let shapes = discs.chain(body.polygons.iter().map(|polygon| &polygon.name)).cloned().collect();
+            Owner { name: body.name.clone(), shapes, groups: body.groups.clone() }
+        });
+        let obstacles = self.obstacles.iter().map(|obstacle| Owner {
+            name: obstacle.name.clone(),
+            shapes: obstacle.shapes().cloned().collect(),
+            groups: obstacle.groups.clone(),
+        });
+        let planes = self.half_planes.iter().map(|plane| Owner::alone(&plane.name));
+        [bodies.collect(), obstacles.collect(), planes.collect()]
+    }
+}
+
+impl Owner {
+    /// A half-plane or half-space.
+    pub(super) fn alone(name: &str) -> Self {
+        Self { name: name.into(), shapes: Vec::new(), groups: Vec::new() }
+    }
 }
 
 impl Directory {
@@ -23,37 +57,28 @@ impl Directory {
         let mut take = |name: String| {
             if taken.insert(name.clone()) { Ok(()) } else { Err(SceneError::DuplicateName { name }) }
         };
+        let [bodies, obstacles, planes] =
+            scene.space.as_ref().map_or_else(|| scene.owners(), SpaceSpec::owners);
         let mut groups = BTreeSet::new();
-        let mut contactors = Vec::new();
-        let mut shapes = |owner: &String, names: &mut dyn Iterator<Item = &String>, of: &[String]| {
+        let mut shapes = |Owner { name: owner, shapes, groups: of }: &Owner| {
             take(owner.clone())?;
             groups.extend(of.iter().cloned());
             let mut all = Vec::new();
-            for name in names {
+            for name in shapes {
                 let full = format!("{owner}.{name}");
                 take(full.clone())?;
                 all.push([owner.clone(), full].into_iter().chain(of.iter().cloned()).collect());
             }
             Ok::<Vec<Names>, SceneError>(all)
         };
-        for body in &scene.bodies {
-            let discs = body.discs.iter().map(|disc| &disc.name);
-            let mut names = discs.chain(body.polygons.iter().map(|polygon| &polygon.name));
-            contactors.push(shapes(&body.name, &mut names, &body.groups)?);
-        }
-        let mut obstacles = Vec::new();
-        for obstacle in &scene.obstacles {
-            obstacles.push(shapes(&obstacle.name, &mut obstacle.shapes(), &obstacle.groups)?);
-        }
-        let mut planes = Vec::new();
-        for plane in &scene.half_planes {
-            take(plane.name.clone())?;
-            planes.push(Names::from([plane.name.clone()]));
-        }
+        let contactors = bodies.iter().map(&mut shapes).collect::<Result<_, _>>()?;
+        let obstacles = obstacles.iter().map(&mut shapes).collect::<Result<_, _>>()?;
+        planes.iter().try_for_each(|plane| shapes(plane).map(|_| ()))?;
+        let planes = planes.into_iter().map(|plane| Names::from([plane.name])).collect();
         for group in groups {
             take(group)?;
         }
-        Ok(Self { contactors, obstacles, planes })
+        Ok(Self { bodies, contactors, obstacles, planes })
     }
 
     /// What is no body's: the shapes of obstacles, and half-planes.
@@ -80,6 +105,24 @@ impl Directory {
         Ok(())
     }
 
+    /// The group of every shape.
+    pub(super) fn groups(&self, scene: &Scene) -> Groups {
+        let mut index = BTreeMap::new();
+        let mut of = |names: &Names| {
+            let next = index.len();
+            *index.entry(Self::sides(scene, names)).or_insert(next)
+        };
+        let mut of_all = |all: &[Vec<Names>]| -> Vec<Vec<usize>> {
+            all.iter().map(|shapes| shapes.iter().map(&mut of).collect()).collect()
+        };
+        let (contactors, obstacles) = (of_all(&self.contactors), of_all(&self.obstacles));
+        let planes = self.planes.iter().map(of).collect();
+        let mut sides: Vec<_> = index.into_iter().collect();
+        sides.sort_by_key(|&(_, index)| index);
+        let sides = sides.into_iter().map(|(sides, _)| sides).collect();
+        Groups { contactors, obstacles, planes, sides }
+    }
+
     /// The sides of interfaces a set of names stands on, as a bit per (interface, side): things with the same
     /// sides form one group.
     pub(super) fn sides(scene: &Scene, names: &Names) -> Vec<[bool; 2]> {
@@ -93,21 +136,24 @@ impl Directory {
     }
 }
 
-/// Groups by the sides they stand on, numbered in order of appearance.
-#[derive(Default)]
+/// The groups of all shapes, numbered in order of appearance: what stands on the same sides of all interfaces is one.
 pub(super) struct Groups {
-    index: BTreeMap<Vec<[bool; 2]>, usize>,
+    /// Of contactor j of body i.
+    pub(super) contactors: Vec<Vec<usize>>,
+    /// Of shape j of obstacle i.
+    pub(super) obstacles: Vec<Vec<usize>>,
+    /// Of each half-plane, or half-space.
+    pub(super) planes: Vec<usize>,
+    /// The sides that each group stands on.
+    pub(super) sides: Vec<Vec<[bool; 2]>>,
 }
 
 impl Groups {
-    pub(super) fn of(&mut self, sides: Vec<[bool; 2]>) -> usize {
-        let next = self.index.len();
-        *self.index.entry(sides).or_insert(next)
-    }
-
-    pub(super) fn into_sides(self) -> Vec<Vec<[bool; 2]>> {
-        let mut sides: Vec<_> = self.index.into_iter().collect();
-        sides.sort_by_key(|&(_, index)| index);
-        sides.into_iter().map(|(sides, _)| sides).collect()
+    /// The interfaces between groups: both groups, and which of the scene's governs them.
+    pub(super) fn interfaces(&self) -> impl Iterator<Item = ([usize; 2], usize)> {
+        let pairs = (0..self.sides.len()).flat_map(|a| (a..self.sides.len()).map(move |b| [a, b]));
+        pairs.filter_map(|[a, b]| {
+            Directory::interface_between(&self.sides[a], &self.sides[b]).map(|interface| ([a, b], interface))
+        })
     }
 }

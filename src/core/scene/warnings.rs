@@ -159,14 +159,7 @@ impl Scene {
     /// [`SceneError`]: names taken twice, interfaces that name nothing, a law or a mesh that cannot be had.
     pub fn warnings(&self, registry: &Registry) -> Result<Vec<SceneWarning>, SceneError> {
         let mut warnings = Vec::new();
-        if let Some(space) = &self.space {
-            let names = space.idle(self);
-            // One body alone has nothing to touch.
-            let is_meant = self.interfaces.is_empty() && space.has_bodies_alone();
-            if !(names.is_empty() || is_meant) {
-                warnings.push(SceneWarning::TouchesNothing { names });
-            }
-        } else if let Some(solid) = &self.solid {
+        if let Some(solid) = &self.solid {
             if self.interfaces.is_empty() && !self.half_planes.is_empty() {
                 warnings.push(SceneWarning::TouchesNothing { names: vec![solid.name.clone()] });
             }
@@ -229,11 +222,9 @@ impl Scene {
             alike.entry(Directory::sides(self, names)).or_default().other = true;
         }
         let mut names = Vec::new();
-        for (own, (body, shapes)) in self.bodies.iter().zip(&directory.contactors).enumerate() {
+        for (own, (body, shapes)) in directory.bodies.iter().zip(&directory.contactors).enumerate() {
             let index = names.len();
-            let labels = (body.discs.iter().map(|disc| &disc.name))
-                .chain(body.polygons.iter().map(|polygon| &polygon.name));
-            for (label, known) in labels.zip(shapes) {
+            for (label, known) in body.shapes.iter().zip(shapes) {
                 let sides = Directory::sides(self, known);
                 let touches = |(other, what): (&Vec<[bool; 2]>, &Alike)| {
                     Directory::interface_between(&sides, other).is_some() && what.meets(own)

@@ -126,6 +126,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             cones: Cones { percussions, .. },
             equations: Equations { joints, .. },
             lasting,
+            flight,
             ..
         } = self;
         let (Settings { theta, step: h, .. }, free) = (*settings, *free);
@@ -168,7 +169,9 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         }
         scratch.iter_mut().zip(&*v_theta).for_each(|(s, &v)| *s = h * v);
         let told = v.len() - free;
-        if told == 0 {
+        if flight.is_some() {
+            self.land();
+        } else if told == 0 {
             system.advance(&state.q, scratch, q);
         } else {
             // What moves as told is there already.
@@ -176,7 +179,6 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             let moved = q.len() - told;
             q[..moved].copy_from_slice(&place[..moved]);
         }
-        self.land();
         let Self {
             active: ActiveSet { jacobian, .. }, cones: Cones { percussions, .. }, lasting, next, ..
         } = self;

@@ -198,9 +198,10 @@ impl<T: Scalar> SpatialBodiesBuilder<T> {
             contactor.body.map_or_else(T::zero, |_| arm + contactor.shape.size())
         };
         let larger = nalgebra::RealField::max;
+        let (names, bodies) = self.bodies.into_iter().unzip();
         Ok(SpatialBodies {
-            moments: self.bodies.iter().map(|(_, body)| body.moments.into()).collect(),
-            names: self.bodies.into_iter().map(|(name, _)| name).collect(),
+            names,
+            bodies,
             mass: Symmetric::Diagonal(mass),
             forces,
             size: self.contactors.iter().fold(T::zero(), |most, contactor| larger(most, size(contactor))),

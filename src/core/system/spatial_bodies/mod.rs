@@ -49,7 +49,7 @@ struct Found<T: Scalar> {
 #[derive(Debug)]
 pub struct SpatialBodies<T: Scalar> {
     mass: Symmetric<T>,
-    moments: Vec<Vector3<T>>,
+    bodies: Vec<SpatialBody<T>>,
     forces: Forces<T>,
     names: Vec<String>,
     contactors: Vec<Contactor<T>>,
@@ -75,7 +75,7 @@ impl<T: Scalar> SpatialBodies<T> {
 
     /// Number of bodies.
     pub fn bodies(&self) -> usize {
-        self.moments.len()
+        self.bodies.len()
     }
 
     /// Angular momentum about the origin (kg m²/s): Σ m x × ẋ + R J ω.
@@ -85,19 +85,12 @@ impl<T: Scalar> SpatialBodies<T> {
             let (position, orientation) = parts(&q[COORDINATES * body..]);
             let v = &v[DOFS * body..];
             let (velocity, spin) = (Vector3::new(v[0], v[1], v[2]), Vector3::new(v[3], v[4], v[5]));
-            let momentum = velocity * self.body_mass(body);
+            let SpatialBody { mass, moments } = self.bodies[body];
+            let momentum = velocity * mass;
             sum += position.cross(&momentum);
-            sum += Pose::new(position, orientation).turn(&self.moments[body].component_mul(&spin));
+            sum += Pose::new(position, orientation).turn(&Vector3::from(moments).component_mul(&spin));
         }
         sum.into()
-    }
-
-    fn body_mass(&self, body: usize) -> T {
-        match &self.mass {
-            Symmetric::Diagonal(mass) => mass[DOFS * body],
-            // M is diagonal by construction.
-            _ => T::one(),
-        }
     }
 
     /// Finds the contacts with a gap of at most `reach` between bodies that do not both sleep.
@@ -212,12 +205,12 @@ impl<T: Scalar> Dynamics<T> for SpatialBodies<T> {
     }
 
     fn fly(&self, times: &[T], q: &mut [T], v: &mut [T]) {
-        for (body, moments) in self.moments.iter().enumerate() {
+        for (body, SpatialBody { moments, .. }) in self.bodies.iter().enumerate() {
             let (q, v) = (&mut q[COORDINATES * body..], &mut v[DOFS * body..]);
             let time = times[DOFS * body];
             (0..3).for_each(|k| q[k] += time * v[k]);
             let (mut orientation, mut spin) = (parts(q).1, Vector3::new(v[3], v[4], v[5]));
-            flight::fly(moments, time, &mut orientation, &mut spin);
+            flight::fly(&Vector3::from(*moments), time, &mut orientation, &mut spin);
             set_orientation(q, &orientation);
             v[3..6].copy_from_slice(spin.as_slice());
         }
@@ -255,10 +248,10 @@ impl<T: Scalar> Dynamics<T> for SpatialBodies<T> {
         let length = positive(self.size, positive(max_abs(q), T::one()));
         let norm = |x: &[T]| Vector3::new(x[0], x[1], x[2]).norm();
         let mut speed = T::zero();
-        for (body, moments) in self.moments.iter().enumerate() {
+        for (body, &SpatialBody { mass, moments }) in self.bodies.iter().enumerate() {
             let (v, f) = (&v[DOFS * body..], &self.forces.constant_part()[DOFS * body..]);
-            let torque = Vector3::new(f[3], f[4], f[5]).component_div(moments).norm();
-            let acceleration = norm(f) / self.body_mass(body) + torque * length;
+            let torque = Vector3::new(f[3], f[4], f[5]).component_div(&Vector3::from(moments)).norm();
+            let acceleration = norm(f) / mass + torque * length;
             let fall = nalgebra::ComplexField::sqrt(acceleration * length);
             speed = larger(speed, larger(norm(v) + norm(&v[3..]) * length, fall));
         }
