@@ -245,6 +245,17 @@ fn interfaces_and_bodies_in_space_without_effect_are_told() {
     let told: Vec<String> = warnings.iter().map(ToString::to_string).collect();
     assert!(told.iter().any(|text| text.contains("no interface lets `box` touch anything")), "{told:?}");
     assert!(told.iter().any(|text| text.contains("its sides are one body")), "{told:?}");
+    // A half-space has no other side to come out of; a plate has.
+    let fast = with("density", "velocity = [0.0, 0.0, 300.0]\ndensity");
+    assert!(parse(&fast).expect("a scene").warnings(&registry).expect("names").is_empty());
+    let plate = "[[obstacles]]\nname = \"plate\"\nshapes = [{ box = [1.0, 1.0, 0.02], position = [0.0, 0.0, 0.9] }]\n";
+    let text = fast + plate;
+    let warnings = parse(&text).expect("a scene").warnings(&registry).expect("names");
+    let told: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+    assert!(
+        told[0].contains("`box` starts with 3.000e-1 in a step") && told[0].contains("2.000e-2"),
+        "{told:?}"
+    );
     assert!(parse(BOX).expect("a scene").warnings(&registry).expect("names").is_empty());
 }
 

@@ -65,6 +65,15 @@ pub enum SceneWarning {
         /// The step (s).
         step: f64,
     },
+    /// A body in space that is carried past the thinnest shape within a step, where nothing sees it pass.
+    Passes {
+        /// The body.
+        body: String,
+        /// Its way in a step (m).
+        way: f64,
+        /// Thickness of the thinnest shape (m).
+        thickness: f64,
+    },
     /// A step that is long for what moves in its own time.
     LongStep {
         /// What moves.
@@ -129,6 +138,13 @@ impl fmt::Display for SceneWarning {
                 write!(
                     f,
                     "the step {step:e} is long for the waves in `{body}`, which cross it in {crossing:.3e}"
+                )
+            }
+            Self::Passes { body, way, thickness } => {
+                write!(
+                    f,
+                    "`{body}` starts with {way:.3e} in a step, and the thinnest shape is {thickness:.3e} thick: in space \
+                     what is passed within a step is not felt, take a shorter step"
                 )
             }
             Self::LongStep { what, period, step } => {
@@ -271,6 +287,8 @@ impl Scene {
 
     fn warn_of_step(&self, warnings: &mut Vec<SceneWarning>) -> Result<(), SceneError> {
         let step = self.step_length();
+        let passes = self.space.as_ref().and_then(|space| space.passes(step, &self.folder));
+        warnings.extend(passes);
         let mut look = |what: String, period: f64| {
             if step > OF_PERIOD * period {
                 warnings.push(SceneWarning::LongStep { what, period, step });
@@ -287,6 +305,11 @@ impl Scene {
                 format!("the loads on `{}`", body.name),
                 shortest_of(body.loads.iter().map(|load| &load.signal)),
             );
+        }
+        for body in self.space.iter().flat_map(|space| &space.bodies) {
+            look(format!("the spin of `{}`", body.name), turn / length(&body.spin));
+            let signals = body.loads.iter().map(|load| &load.signal);
+            look(format!("the loads on `{}`", body.name), shortest_of(signals));
         }
         for spring in &self.springs {
             let rate = (spring.stiffness * self.mobility_along(spring)).sqrt();
@@ -349,6 +372,11 @@ impl Scene {
             })
             .sum()
     }
+}
+
+/// Length of a vector.
+pub(super) fn length(vector: &[f64; 3]) -> f64 {
+    vector.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// The shortest period of signals (s), infinite where they have none.

@@ -11,7 +11,8 @@ use crate::registry::Registry;
 use crate::scalar::{Scalar, lit};
 use crate::scene::build::{AnyLaw, Parts};
 use crate::scene::names::{Directory, Owner};
-use crate::scene::{PlannedRun, Scene, SceneError};
+use crate::scene::warnings::length;
+use crate::scene::{PlannedRun, Scene, SceneError, SceneWarning};
 use crate::system::{BodyId, SpatialBodies, SpatialBody};
 
 /// A body in its principal frame, and where that frame stands in its own.
@@ -151,16 +152,31 @@ impl SpaceSpec {
         Ok((Box::new(builder.build()?), laws, q, v))
     }
 
-    /// The least size of a shape on a body (m), infinite without any.
-    #[cfg(feature = "runs")]
+    /// The least thickness of a shape on a body (m), infinite without any.
     pub(crate) fn least_size(&self, folder: &Path) -> f64 {
-        let mut kinds: Vec<&[ShapeSpec]> = self.bodies.iter().map(|body| body.shapes.as_slice()).collect();
-        kinds.dedup();
-        let parts = kinds.into_iter().flatten().filter_map(|shape| shape.part::<f64>("", folder).ok());
-        let thickness = |part: Part<f64>| {
-            let bounds = part.shape.bounds(&Pose::identity(), 0.0);
-            (bounds.high - bounds.low).min()
-        };
-        parts.map(thickness).fold(f64::INFINITY, f64::min)
+        thinnest(self.bodies.iter().map(|body| body.shapes.as_slice()), folder)
     }
+
+    /// Whether a body starts so fast that it may pass the thinnest obstacle, or another body, within a step. Half-spaces have
+    /// no other side.
+    pub(in crate::scene) fn passes(&self, step: f64, folder: &Path) -> Option<SceneWarning> {
+        let way = |body: &SpaceBodySpec| step * length(&body.velocity);
+        let fastest = self.bodies.iter().max_by(|a, b| way(a).total_cmp(&way(b)))?;
+        let fixed = thinnest(self.obstacles.iter().map(|of| of.shapes.as_slice()), folder);
+        let moving = if self.bodies.len() > 1 { self.least_size(folder) } else { f64::INFINITY };
+        let (way, thickness) = (way(fastest), fixed.min(moving));
+        (way > thickness).then(|| SceneWarning::Passes { body: fastest.name.clone(), way, thickness })
+    }
+}
+
+/// The least thickness along its axes of a shape (m), infinite without any; equal ones in a row are made once.
+fn thinnest<'a>(shapes: impl Iterator<Item = &'a [ShapeSpec]>, folder: &Path) -> f64 {
+    let mut kinds: Vec<&[ShapeSpec]> = shapes.collect();
+    kinds.dedup();
+    let parts = kinds.into_iter().flatten().filter_map(|shape| shape.part::<f64>("", folder).ok());
+    let thickness = |part: Part<f64>| {
+        let bounds = part.shape.bounds(&Pose::identity(), 0.0);
+        (bounds.high - bounds.low).min()
+    };
+    parts.map(thickness).fold(f64::INFINITY, f64::min)
 }
