@@ -123,9 +123,6 @@ pub enum SetupError {
     /// Bodies in space under error control.
     #[error("error control does not follow bodies that turn in space: give a fixed step")]
     FlightAdaptive,
-    /// Joints of a system that turns by itself.
-    #[error("the joints of bodies that turn in space are not solved")]
-    JointsFlight,
     /// Joints between the coordinates of a nonlinear system.
     #[error("a nonlinear system takes no joints: choose its coordinates so that they hold")]
     JointsNonlinear,

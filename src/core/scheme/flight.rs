@@ -14,6 +14,10 @@
 //! a law claims for its works u_{k+θ}·p = (H(q_m) v_θ)·p is that of the linear scheme, and a percussion p at the arm r changes
 //! the angular momentum by r × p exactly.
 //!
+//! Bodies in joints take no flights, see [`Dynamics::land`](crate::system::Dynamics::land): between the ends of the step they
+//! go one way, q_k ⊕ h v_{k+θ}, along which the rows of the joints are discrete derivatives. q_m = q_k ⊕ (1−θ)h v_k is then where
+//! their contacts are looked at.
+//!
 //! The θ of an island is known when its contacts are, after the first flight. Where it is not that of the scene the step flies
 //! again from its start, and takes H and the velocities of the contacts there.
 
@@ -97,14 +101,15 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
     pub(super) fn land(&mut self) {
         let Self { system, settings: Settings { theta, step: h, .. }, state, next, flight, lasting, .. } =
             self;
-        let Some(Flight { times, after, .. }) = flight else { return };
+        let Some(Flight { q, times, after, .. }) = flight else { return };
         match lasting.as_ref().and_then(Lasting::theta) {
             None => times.fill(*theta * *h),
             Some(thetas) => times.iter_mut().zip(thetas).for_each(|(time, &theta)| *time = theta * *h),
         }
         next.q.copy_from_slice(&state.q);
         after.copy_from_slice(&next.v);
-        system.fly(times, &mut next.q, after);
+        // h v_{k+θ} stands in `scratch`.
+        system.land(q, &next.scratch, times, &mut next.q, after);
     }
 
     /// How long the velocities of the state lead on to the end of the step (s): all of it without a flight before.

@@ -88,11 +88,12 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             equations: Equations { joints, .. },
             matrix: Matrix { factor, .. },
             lasting,
+            flight,
             ..
         } = self;
         let mut worst = None::<(&'static str, T, T)>;
         if !joints.is_empty() {
-            let span = Span::of(settings, state, lasting.as_ref());
+            let span = Span::of(settings, state, flight.as_ref(), lasting.as_ref());
             let impulse = (!next.contacts.is_empty()).then_some(&next.impulse[..]);
             let left_over = joints.judge(&**system, span, factor, &next.v, impulse);
             let stagnates =

@@ -171,9 +171,6 @@ pub(super) fn check_joints<T: Scalar>(
     if !(settings.theta > T::zero()) {
         return Err(SetupError::JointsTheta);
     }
-    if system.flies() {
-        return Err(SetupError::JointsFlight);
-    }
     if system.nonlinear().is_some() {
         return Err(SetupError::JointsNonlinear);
     }

@@ -51,15 +51,16 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             matrix: Matrix { factor, .. },
             equations: Equations { joints, .. },
             lasting,
+            flight,
             ..
         } = self;
         if joints.is_empty() {
             return Ok(());
         }
-        let span = Span::of(settings, state, lasting.as_ref());
+        let span = Span::of(settings, state, flight.as_ref(), lasting.as_ref());
         if self.equations.passes == 0 {
             let time = (state.time, settings.step);
-            joints.start(&**system, &state.q, &next.v, time, self.equations.scales.length);
+            joints.start(&**system, span.q, &next.v, time, self.equations.scales.length);
         }
         let contacts = !next.contacts.is_empty();
         if let Err(row) = joints.bind(&**system, span, contacts, factor, &mut next.v_free) {

@@ -16,6 +16,7 @@
 
 mod assembly;
 mod elastic;
+mod element;
 mod forces;
 mod gaps;
 mod interfaces;
@@ -48,7 +49,7 @@ pub use rigid_bodies::{
 pub use row_law::RowLaw;
 pub use signal::Signal;
 pub use solid::{ContactPlace, Solid, Surface};
-pub use spatial_bodies::{SpatialBodies, SpatialBodiesBuilder, SpatialBody};
+pub use spatial_bodies::{Bodies, SpatialBodies, SpatialBodiesBuilder, SpatialBody, SpatialRelative};
 
 use crate::contact::{Candidate, ContactId};
 use crate::geometry::InertiaError;
@@ -110,6 +111,12 @@ pub trait Dynamics<T: Scalar>: Debug + Send {
         let s: Vec<T> = times.iter().zip(&*v).map(|(&time, &v)| time * v).collect();
         let from = q.to_vec();
         self.advance(&from, &s, q);
+    }
+
+    /// The second flight of a step that began at `start` and moves by s = h v_θ: leads (q, v) on as [`fly`](Self::fly) does.
+    /// What is in joints takes no flights but the way `start` ⊕ s, along which their rows are discrete derivatives.
+    fn land(&self, _start: &[T], _s: &[T], times: &[T], q: &mut [T], v: &mut [T]) {
+        self.fly(times, q, v);
     }
 
     /// Mass M, positive definite.
@@ -239,6 +246,18 @@ pub trait Joints<T: Scalar>: Debug {
 
     /// Appends the rows Ḡ(q, s), with φ(q ⊕ s) − φ(q) = Ḡ(q, s) s.
     fn jacobian(&self, q: &[T], s: &[T], out: &mut BlockRows<T, 1>);
+
+    /// Appends the rows ∂φ(q ⊕ s)/∂s, with `end` = q ⊕ s. By default those of the end, as where q ⊕ s is q + s.
+    ///
+    /// It speeds up the iteration, whose solution does not depend on it.
+    fn tangent(&self, _q: &[T], s: &[T], end: &[T], out: &mut BlockRows<T, 1>) {
+        let zero = vec![T::zero(); s.len()];
+        self.jacobian(end, &zero, out);
+    }
+
+    /// Adds the impulses (N s, N m s) over a step of length `step` of the inertial forces that the motion `s` brings beside M:
+    /// the gyroscopic torques of joined bodies in space. They do no work along s; there are none by default.
+    fn inertial(&self, _s: &[T], _step: T, _out: &mut [T]) {}
 
     /// Adds ∂(Ḡ(q, s)ᵀλ)_i/∂s_i to out_i, for one multiplier λ per row.
     ///

@@ -103,6 +103,7 @@ impl<T: Scalar> Bilateral<T> {
             opening,
             work,
             unbound,
+            inertial,
             laws,
             ..
         } = self;
@@ -112,6 +113,7 @@ impl<T: Scalar> Bilateral<T> {
         // v_free + (1 − K̂⁻¹ M̂)(v_i − v_free) + K̂⁻¹ (Hᵀ p_i + Ḡᵀ λ), λ where it is given
         work.copy_from_slice(impulse);
         Self::push_given(laws, rows, &accepted.multipliers, work);
+        axpy(work, T::one(), inertial);
         solve(mass, inverse, work);
         v.copy_from_slice(unbound);
         for i in 0..mass.size() {
@@ -158,7 +160,9 @@ impl<T: Scalar> Bilateral<T> {
     ) {
         self.end_rows.clear();
         match method {
-            Method::Newton => joints_of(system).jacobian(&self.end, &self.zero, &mut self.end_rows),
+            Method::Newton => {
+                joints_of(system).tangent(span.q, &self.step, &self.end, &mut self.end_rows);
+            }
             Method::FixedPoint => joints_of(system).jacobian(span.q, &self.step, &mut self.end_rows),
         }
         for i in 0..self.count {
@@ -191,13 +195,18 @@ impl<T: Scalar> Bilateral<T> {
         mass: &mut Factor<T>,
     ) -> LeftOver<T> {
         let abs = |x: T| nalgebra::ComplexField::abs(x);
-        let Self { trial, rows, step, end, work, sizes, unbound, laws, .. } = self;
+        let Self { trial, rows, step, end, work, sizes, unbound, inertial, laws, .. } = self;
         Self::span(system, (step, end), &trial.v, span);
         // v − v_free − M̂⁻¹ (Hᵀp + Ḡᵀλ), against the sizes of its terms.
         rows.clear();
         joints_of(system).jacobian(span.q, step, rows);
         work.copy_from_slice(&trial.impulse);
-        sizes.iter_mut().zip(&trial.impulse).for_each(|(size, &impulse)| *size = abs(impulse));
+        inertial.fill(T::zero());
+        joints_of(system).inertial(step, span.step, inertial);
+        axpy(work, T::one(), inertial);
+        for (size, (&impulse, &inertial)) in sizes.iter_mut().zip(trial.impulse.iter().zip(&*inertial)) {
+            *size = abs(impulse) + abs(inertial);
+        }
         for (i, &multiplier) in trial.multipliers.iter().enumerate() {
             for (dof, entry) in rows.row(i) {
                 work[dof] += entry[0] * multiplier;

@@ -122,6 +122,8 @@ pub(super) struct Bilateral<T: Scalar> {
     zero: Vec<T>,
     work: Vec<T>,
     sizes: Vec<T>,
+    /// Impulses of the inertial forces of the iterate measured last.
+    inertial: Vec<T>,
 }
 
 impl<T: Scalar> Bilateral<T> {
@@ -170,6 +172,7 @@ impl<T: Scalar> Bilateral<T> {
             zero: zeros(used),
             work: zeros(used),
             sizes: zeros(used),
+            inertial: zeros(used),
         }
     }
 

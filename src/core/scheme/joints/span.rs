@@ -1,6 +1,7 @@
 //! A step as joints see it, and an iterate for its end.
 
 use crate::scalar::{Scalar, lit};
+use crate::scheme::flight::Flight;
 use crate::scheme::lasting::Lasting;
 use crate::scheme::{Settings, State};
 
@@ -14,15 +15,17 @@ pub(in crate::scheme) struct Span<'a, T, F> {
 }
 
 impl<'a, T: Scalar> Span<'a, T, ()> {
-    /// The step from `state`, with the θ of the island each degree of freedom is in.
+    /// The step from `state`, or from where its first flight began, with the θ of the island each degree of freedom is in.
     pub(in crate::scheme) fn of(
         settings: &Settings<T>,
         state: &'a State<T>,
+        flight: Option<&'a Flight<T>>,
         lasting: Option<&'a Lasting<T>>,
     ) -> Span<'a, T, impl Fn(usize) -> T + use<'a, T>> {
         let (theta, thetas) = (settings.theta, lasting.and_then(Lasting::theta));
         let theta = move |dof: usize| thetas.map_or(theta, |thetas| thetas[dof]);
-        Span { q: &state.q, v: &state.v, step: settings.step, theta }
+        let q = flight.map_or(&state.q, |flight| &flight.q);
+        Span { q, v: &state.v, step: settings.step, theta }
     }
 }
 

@@ -4,9 +4,9 @@ use nalgebra::Vector2;
 
 use super::RigidBodies;
 use super::body::{Body, BodyId, check};
-use super::element::{Element, Stop};
 use super::identity::MOST_CONTACTORS;
 use super::joint::{Joint, JointSet};
+use super::measure::Measure;
 use super::moved::Moved;
 use super::polygon::check_polygon;
 use super::shape::{Contactor, GROUND, HalfPlane, Outline, Polygon};
@@ -15,6 +15,7 @@ use super::sweep::Sweep;
 use super::swept::Crossings;
 use crate::linalg::Symmetric;
 use crate::scalar::{Scalar, lit};
+use crate::system::element::{Element, Stop};
 use crate::system::forces::Load;
 use crate::system::interfaces::{GroupId, Interfaces, declare, known};
 use crate::system::{Forces, Signal, SystemError};
@@ -37,8 +38,8 @@ pub struct RigidBodiesBuilder<T: Scalar> {
     pub(super) groups: usize,
     pub(super) interfaces: Vec<(usize, usize)>,
     pub(super) joints: Vec<Joint<T>>,
-    pub(super) elements: Vec<Element<T>>,
-    pub(super) stops: Vec<Stop<T>>,
+    pub(super) elements: Vec<Element<T, Measure<T>>>,
+    pub(super) stops: Vec<Stop<T, Measure<T>>>,
     pub(super) moved: Vec<Moved<T>>,
 }
 

@@ -12,10 +12,11 @@
 
 use nalgebra::{SVector, Vector1, Vector2};
 
-use super::element::{Acts, Element};
+use super::measure::Measure;
 use super::side::Side;
 use crate::linalg::BlockRows;
 use crate::scalar::Scalar;
+use crate::system::element::{Acts, Coordinate, Element};
 use crate::system::{Joints, RowLaw};
 
 /// A joint of the scene.
@@ -83,13 +84,13 @@ impl<T: Scalar> Joint<T> {
 #[derive(Debug)]
 pub(super) struct JointSet<T> {
     joints: Vec<Joint<T>>,
-    elements: Vec<Element<T>>,
+    elements: Vec<Element<T, Measure<T>>>,
     /// Rows of pins and welds.
     pinned: usize,
 }
 
 impl<T: Scalar> JointSet<T> {
-    pub(super) fn new(joints: Vec<Joint<T>>, elements: Vec<Element<T>>) -> Self {
+    pub(super) fn new(joints: Vec<Joint<T>>, elements: Vec<Element<T, Measure<T>>>) -> Self {
         let pinned = joints.iter().map(Joint::rows).sum();
         Self { joints, elements, pinned }
     }
@@ -116,7 +117,7 @@ impl<T: Scalar> JointSet<T> {
         })
     }
 
-    fn element(&self, row: usize) -> Option<&Element<T>> {
+    fn element(&self, row: usize) -> Option<&Element<T, Measure<T>>> {
         row.checked_sub(self.pinned).and_then(|i| self.elements.get(i))
     }
 }

@@ -16,6 +16,7 @@ use nalgebra::Vector2;
 
 use super::side::Side;
 use crate::scalar::{Scalar, lit};
+use crate::system::element::Coordinate;
 
 /// A coordinate of body a relative to body b, or to the ground.
 #[derive(Debug, Clone, Copy)]
@@ -38,9 +39,10 @@ impl<T: Scalar> Measure<T> {
             Self::Distance(a, b) | Self::Along(a, b, _) | Self::Angle(a, b) => [a, b],
         }
     }
+}
 
-    /// x(q), m or rad.
-    pub(super) fn value(&self, q: &[T]) -> T {
+impl<T: Scalar> Coordinate<T> for Measure<T> {
+    fn value(&self, q: &[T]) -> T {
         match self {
             Self::Distance(a, b) => (a.position(q) - b.position(q)).norm(),
             Self::Along(a, b, axis) => b.turned(axis, q).dot(&(a.position(q) - b.position(q))),
@@ -48,8 +50,7 @@ impl<T: Scalar> Measure<T> {
         }
     }
 
-    /// Calls `push(j, Ḡ_j)` for every degree of freedom j that moves the coordinate.
-    pub(super) fn row(&self, q: &[T], s: &[T], mut push: impl FnMut(usize, T)) {
+    fn row(&self, q: &[T], s: &[T], mut push: impl FnMut(usize, T)) {
         let [a, b] = self.sides();
         if let Self::Angle(..) = self {
             a.body.into_iter().for_each(|body| push(3 * body + 2, T::one()));

@@ -4,7 +4,6 @@
 mod body;
 mod builder;
 mod curves;
-mod element;
 mod identity;
 mod joint;
 mod measure;
@@ -29,14 +28,15 @@ pub use curves::RoundSide;
 pub use polygon::polygon_body;
 pub use relative::Relative;
 
+use super::element::{Coordinate, Stop};
 use super::interfaces::Interfaces;
 use super::{ContactPlace, Contacts, Describe, Dynamics, Forces, Joints, Prescribed, Scales, Solid};
 use crate::contact::{Candidate, ContactId};
 use crate::linalg::{BlockRows, Symmetric, max_abs};
 use crate::scalar::Scalar;
-use element::Stop;
 use identity::{Features, Pair};
 use joint::JointSet;
+use measure::Measure;
 use seams::Touch;
 use shape::{Contactor, GROUND, HalfPlane, Pose};
 use sweep::Sweep;
@@ -63,7 +63,7 @@ pub struct RigidBodies<T: Scalar> {
     ghosts: Vec<usize>,
     crossings: Crossings<T>,
     joints: JointSet<T>,
-    stops: Vec<Stop<T>>,
+    stops: Vec<Stop<T, Measure<T>>>,
     /// Bodies that move under forces, the first ones, and how the others move.
     free: usize,
     prescribed: Option<Prescribed<T>>,
@@ -75,6 +75,16 @@ impl<T: Scalar> RigidBodies<T> {
     /// Starts a scene.
     pub fn builder() -> RigidBodiesBuilder<T> {
         RigidBodiesBuilder::default()
+    }
+
+    /// Limits of joints that are near.
+    fn stop_candidates(&self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>) {
+        for (i, stop) in self.stops.iter().enumerate() {
+            let gap = stop.gap(q);
+            if !(gap > reach) {
+                out.push(Candidate { id: Pair::Stop(i).id(), interface: stop.interface, gap });
+            }
+        }
     }
 
     /// Candidates with half-planes of the bodies that do not sleep; `asleep` is empty where none does.

@@ -4,9 +4,9 @@ use nalgebra::Vector2;
 
 use super::body::{BodyId, check};
 use super::builder::RigidBodiesBuilder;
-use super::element::{Acts, Element, Stop};
 use super::measure::Measure;
 use crate::scalar::Scalar;
+use crate::system::element::{Acts, Coordinate, Element, Stop};
 use crate::system::{Signal, SystemError};
 
 /// A coordinate of a body relative to another, or to the ground: what springs, motors, friction and limits act along.
@@ -104,16 +104,10 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         label: &str,
         bodies: (BodyId, Option<BodyId>),
         relative: Relative<T>,
-        (stiffness, damping): (T, T),
+        constants: (T, T),
         rest: T,
     ) -> Result<(), SystemError> {
-        let range = "finite and ≥ 0";
-        check(|| format!("stiffness of `{label}`"), &[stiffness], |k| k >= T::zero(), range)?;
-        check(|| format!("damping of `{label}`"), &[damping], |c| c >= T::zero(), range)?;
-        check(|| format!("rest length of `{label}`"), &[rest], |_| true, "finite")?;
-        let sum = stiffness + damping;
-        check(|| format!("stiffness and damping of `{label}`"), &[sum], |x| x > T::zero(), "not both 0")?;
-        self.element(label, bodies, relative, Acts::Springs { stiffness, damping, rest })
+        self.element(label, bodies, relative, Acts::springs(label, constants, rest)?)
     }
 
     /// As [`spring_between`](Self::spring_between), without force in the configuration `q` of the bodies defined so far.
@@ -150,14 +144,10 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         label: &str,
         bodies: (BodyId, Option<BodyId>),
         relative: Relative<T>,
-        (speed, most): (T, Option<T>),
+        motor: (T, Option<T>),
         signal: Signal<T>,
     ) -> Result<(), SystemError> {
-        signal.check()?;
-        check(|| format!("speed of the motor of `{label}`"), &[speed], |_| true, "finite")?;
-        let bound = most.unwrap_or_else(T::zero);
-        check(|| format!("largest force of `{label}`"), &[bound], |x| x >= T::zero(), "finite and ≥ 0")?;
-        self.element(label, bodies, relative, Acts::Drives { speed, signal, most })
+        self.element(label, bodies, relative, Acts::drives(label, motor, signal)?)
     }
 
     /// A motor that acts along the coordinate with a force (N or N m) times a signal.
@@ -172,9 +162,7 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         force: T,
         signal: Signal<T>,
     ) -> Result<(), SystemError> {
-        signal.check()?;
-        check(|| format!("force of the motor of `{label}`"), &[force], |_| true, "finite")?;
-        self.element(label, bodies, relative, Acts::Pushes { force, signal })
+        self.element(label, bodies, relative, Acts::pushes(label, force, signal)?)
     }
 
     /// Dry friction along the coordinate, of at most `most` ≥ 0 (N or N m): what a clutch or a rusty pin does.
@@ -188,8 +176,7 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         relative: Relative<T>,
         most: T,
     ) -> Result<(), SystemError> {
-        check(|| format!("friction of `{label}`"), &[most], |x| x >= T::zero(), "finite and ≥ 0")?;
-        self.element(label, bodies, relative, Acts::Rubs { most })
+        self.element(label, bodies, relative, Acts::rubs(label, most)?)
     }
 
     /// Keeps the coordinate between two limits, each a unilateral contact without tangent under the law of the interface
@@ -202,18 +189,12 @@ impl<T: Scalar> RigidBodiesBuilder<T> {
         label: &str,
         bodies: (BodyId, Option<BodyId>),
         relative: Relative<T>,
-        [lower, upper]: [T; 2],
+        limits: [T; 2],
     ) -> Result<usize, SystemError> {
         let measure = self.measure(label, bodies, relative)?;
-        check(|| format!("a limit of `{label}`"), &[lower, upper], |_| true, "finite")?;
-        let range = [upper - lower];
-        check(|| format!("upper less lower limit of `{label}`"), &range, |x| x > T::zero(), "> 0")?;
         let group = self.group();
         let interface = self.interface(group, group)?;
-        for (name, bound, sign) in [("lower", lower, T::one()), ("upper", upper, -T::one())] {
-            let label = format!("{label}|{name}");
-            self.stops.push(Stop { label, measure, bound, sign, interface });
-        }
+        self.stops.extend(Stop::pair(label, measure, limits, interface)?);
         Ok(interface)
     }
 }

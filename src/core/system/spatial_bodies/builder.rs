@@ -3,11 +3,14 @@
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 use super::SpatialBodies;
+use super::coordinate::Relation;
 use super::identity::Packing;
+use super::joints::JointSet;
 use super::shape::{Contactor, DOFS, index};
 use crate::geometry::{BroadPhase, Kind, NarrowPhase, Pose, Principal, Shape};
 use crate::linalg::Symmetric;
 use crate::scalar::Scalar;
+use crate::system::element::{Element, Stop};
 use crate::system::forces::Load;
 use crate::system::interfaces::{GroupId, Interfaces, declare, known};
 use crate::system::rigid_bodies::check;
@@ -25,19 +28,22 @@ pub struct SpatialBody<T> {
 /// Builder of [`SpatialBodies`].
 #[derive(Debug, Clone)]
 pub struct SpatialBodiesBuilder<T: Scalar> {
-    bodies: Vec<(String, SpatialBody<T>)>,
+    pub(super) bodies: Vec<(String, SpatialBody<T>)>,
     force: Vec<T>,
     loads: Vec<Load<T>>,
     contactors: Vec<Contactor<T>>,
     groups: usize,
     interfaces: Vec<(usize, usize)>,
+    pub(super) elements: Vec<Element<T, Relation<T>>>,
+    pub(super) stops: Vec<Stop<T, Relation<T>>>,
 }
 
 impl<T: Scalar> Default for SpatialBodiesBuilder<T> {
     fn default() -> Self {
         let (bodies, force, loads) = (Vec::new(), Vec::new(), Vec::new());
         let (contactors, interfaces) = (Vec::new(), Vec::new());
-        Self { bodies, force, loads, contactors, groups: 0, interfaces }
+        let (elements, stops) = (Vec::new(), Vec::new());
+        Self { bodies, force, loads, contactors, groups: 0, interfaces, elements, stops }
     }
 }
 
@@ -198,6 +204,7 @@ impl<T: Scalar> SpatialBodiesBuilder<T> {
             contactor.body.map_or_else(T::zero, |_| arm + contactor.shape.size())
         };
         let larger = nalgebra::RealField::max;
+        let moments: Vec<[T; 3]> = self.bodies.iter().map(|(_, body)| body.moments).collect();
         let (names, bodies) = self.bodies.into_iter().unzip();
         Ok(SpatialBodies {
             names,
@@ -208,6 +215,9 @@ impl<T: Scalar> SpatialBodiesBuilder<T> {
             interfaces: Interfaces::new(self.groups, &self.interfaces),
             packing: Packing::new(self.contactors.len()),
             contactors: self.contactors,
+            joints: JointSet::new(self.elements, &moments),
+            stops: self.stops,
+            still: vec![T::zero(); DOFS * moments.len()],
             broad: BroadPhase::new(),
             narrow: NarrowPhase::new(),
             poses: Vec::new(),

@@ -3,6 +3,9 @@
 use crate::contact::ContactId;
 use crate::geometry::Meeting;
 
+/// The first identity of a limit of a joint: meetings have at most 62 bits, or are digests, which hardly ever get here.
+pub(super) const STOPS: u64 = 0xffff_ffff_0000_0000;
+
 /// Bits of a shape's index and of a feature's.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Packing {

@@ -16,22 +16,29 @@
 //! gap in common: what one gains of the angular momentum the other loses. On a body over what is fixed it is its own point.
 
 mod builder;
+mod connect;
+mod coordinate;
 mod flight;
 mod identity;
+mod joints;
 mod pictures;
 mod shape;
 
 use nalgebra::{SVector, Vector3};
 
 pub use builder::{SpatialBodiesBuilder, SpatialBody};
+pub use connect::{Bodies, SpatialRelative};
 
+use super::element::{Coordinate, Stop};
 use super::interfaces::Interfaces;
-use super::{ContactPlace, Contacts, Describe, Dynamics, Forces, Scales, Solid};
+use super::{ContactPlace, Contacts, Describe, Dynamics, Forces, Joints, Scales, Solid};
 use crate::contact::{Candidate, ContactId};
 use crate::geometry::{self, Bounds, BroadPhase, Meeting, NarrowPhase, Pose, frame, resolve};
 use crate::linalg::{BlockRows, Symmetric, max_abs};
 use crate::scalar::{Scalar, lit};
-use identity::Packing;
+use coordinate::Relation;
+use identity::{Packing, STOPS};
+use joints::JointSet;
 use shape::{COORDINATES, Contactor, DOFS, body_pose, parts, set_orientation};
 
 /// A contact that [`Contacts::candidates`] named.
@@ -57,6 +64,10 @@ pub struct SpatialBodies<T: Scalar> {
     size: T,
     interfaces: Interfaces,
     packing: Packing,
+    joints: JointSet<T>,
+    stops: Vec<Stop<T, Relation<T>>>,
+    /// No motion.
+    still: Vec<T>,
     broad: BroadPhase<T>,
     narrow: NarrowPhase<T>,
     poses: Vec<Pose<T>>,
@@ -151,6 +162,40 @@ impl<T: Scalar> SpatialBodies<T> {
         }
     }
 
+    /// Limits of joints that are near.
+    fn stop_candidates(&self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>) {
+        for (i, stop) in self.stops.iter().enumerate() {
+            let gap = stop.gap(q);
+            if !(gap > reach) {
+                out.push(Candidate { id: ContactId::new(STOPS + i as u64), interface: stop.interface, gap });
+            }
+        }
+    }
+
+    fn stop(&self, id: ContactId) -> Option<&Stop<T, Relation<T>>> {
+        id.number().checked_sub(STOPS).and_then(|i| self.stops.get(usize::try_from(i).ok()?))
+    }
+
+    /// q ⊕ s of one body.
+    fn move_body(&self, q: &[T], s: &[T], out: &mut [T]) {
+        (0..3).for_each(|k| out[k] = q[k] + s[k]);
+        let turn = Vector3::new(s[3], s[4], s[5]);
+        set_orientation(out, &flight::turned(&parts(q).1, &turn));
+    }
+
+    /// Leads one body on without force; with its velocity as it is where it is in joints.
+    fn fly_body(&self, body: usize, time: T, q: &mut [T], v: &mut [T]) {
+        (0..3).for_each(|k| q[k] += time * v[k]);
+        let (mut orientation, mut spin) = (parts(q).1, Vector3::new(v[3], v[4], v[5]));
+        if self.joints.joins(body) {
+            orientation = flight::turned(&orientation, &(spin * time));
+        } else {
+            flight::fly(&Vector3::from(self.bodies[body].moments), time, &mut orientation, &mut spin);
+        }
+        set_orientation(q, &orientation);
+        v[3..6].copy_from_slice(spin.as_slice());
+    }
+
     fn found(&self, id: ContactId) -> Option<&Found<T>> {
         self.found.binary_search_by_key(&id, |of| of.id).ok().map(|place| &self.found[place])
     }
@@ -180,11 +225,8 @@ impl<T: Scalar> Dynamics<T> for SpatialBodies<T> {
 
     fn advance(&self, q: &[T], s: &[T], out: &mut [T]) {
         for body in 0..self.bodies() {
-            let (from, s) = (&q[COORDINATES * body..], &s[DOFS * body..]);
-            let out = &mut out[COORDINATES * body..];
-            (0..3).for_each(|k| out[k] = from[k] + s[k]);
-            let turn = Vector3::new(s[3], s[4], s[5]);
-            set_orientation(out, &flight::turned(&parts(from).1, &turn));
+            let of = COORDINATES * body..COORDINATES * (body + 1);
+            self.move_body(&q[of.clone()], &s[DOFS * body..], &mut out[of]);
         }
     }
 
@@ -205,15 +247,29 @@ impl<T: Scalar> Dynamics<T> for SpatialBodies<T> {
     }
 
     fn fly(&self, times: &[T], q: &mut [T], v: &mut [T]) {
-        for (body, SpatialBody { moments, .. }) in self.bodies.iter().enumerate() {
+        for body in 0..self.bodies() {
             let (q, v) = (&mut q[COORDINATES * body..], &mut v[DOFS * body..]);
-            let time = times[DOFS * body];
-            (0..3).for_each(|k| q[k] += time * v[k]);
-            let (mut orientation, mut spin) = (parts(q).1, Vector3::new(v[3], v[4], v[5]));
-            flight::fly(&Vector3::from(*moments), time, &mut orientation, &mut spin);
-            set_orientation(q, &orientation);
-            v[3..6].copy_from_slice(spin.as_slice());
+            self.fly_body(body, times[DOFS * body], q, v);
         }
+    }
+
+    fn land(&self, start: &[T], s: &[T], times: &[T], q: &mut [T], v: &mut [T]) {
+        if self.joints.is_empty() {
+            self.fly(times, q, v);
+            return;
+        }
+        for body in 0..self.bodies() {
+            let (of_q, of_v) = (COORDINATES * body..COORDINATES * (body + 1), DOFS * body..DOFS * (body + 1));
+            if self.joints.joins(body) {
+                self.move_body(&start[of_q.clone()], &s[of_v], &mut q[of_q]);
+            } else {
+                self.fly_body(body, times[of_v.start], &mut q[of_q], &mut v[of_v]);
+            }
+        }
+    }
+
+    fn joints(&self) -> Option<&dyn Joints<T>> {
+        (!self.joints.is_empty()).then_some(&self.joints)
     }
 
     fn mass(&self) -> &Symmetric<T> {
@@ -266,14 +322,22 @@ impl<T: Scalar, const D: usize> Contacts<T, D> for SpatialBodies<T> {
 
     fn candidates(&mut self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>) {
         self.find(q, reach, &[], out);
+        self.stop_candidates(q, reach, out);
     }
 
     fn awake_candidates(&mut self, q: &[T], reach: T, asleep: &[bool], out: &mut Vec<Candidate<T>>) {
         self.find(q, reach, asleep, out);
+        self.stop_candidates(q, reach, out);
     }
 
     fn jacobian(&self, contact: ContactId, q: &[T], out: &mut BlockRows<T, D>) {
         out.start_row();
+        if let Some(stop) = self.stop(contact) {
+            let at = |row: usize, x: T| if row == 0 { stop.sign * x } else { T::zero() };
+            let push = |dof: usize, x: T| out.push(dof, SVector::from_fn(|row, _| at(row, x)));
+            stop.measure.row(q, &self.still, push);
+            return;
+        }
         let Some(of) = self.found(contact) else { return };
         let (mut contact, poses) = self.place(of, q);
         let frame = frame(&contact.normal);
@@ -311,6 +375,9 @@ impl<T: Scalar, const D: usize> Contacts<T, D> for SpatialBodies<T> {
     }
 
     fn gap(&self, contact: ContactId, q: &[T]) -> T {
+        if let Some(stop) = self.stop(contact) {
+            return stop.gap(q);
+        }
         self.found(contact).map_or_else(T::infinity_impl, |of| self.place(of, q).0.gap)
     }
 }
@@ -347,6 +414,9 @@ impl<T: Scalar> Describe<T> for SpatialBodies<T> {
     }
 
     fn contact_label(&self, contact: ContactId) -> String {
+        if let Some(stop) = self.stop(contact) {
+            return stop.label.clone();
+        }
         let Some(of) = self.found(contact) else { return contact.number().to_string() };
         let (one, other) = (&self.contactors[of.second], &self.contactors[of.first]);
         let point = feature(&of.contact.meeting);
