@@ -16,6 +16,9 @@ const LEAST_SHARE: f64 = 0.125;
 /// Most halvings of a step of Newton's method.
 const HALVINGS: usize = 8;
 
+/// What a step of Newton's method is to leave of the merit, a square.
+const SLOW: f64 = 1e-2;
+
 /// Most iterations in a pass.
 const MOST_ITERATIONS: usize = 50;
 
@@ -56,11 +59,13 @@ impl<T: Scalar> Bilateral<T> {
     ) -> Result<(), usize> {
         self.trial.set(&self.accepted);
         self.left_over = self.measure(system, span, mass);
+        self.iterates.forget();
         let halvings = if method == Method::Newton { HALVINGS } else { 0 };
         for iteration in 0..MOST_ITERATIONS {
             if self.switch() {
                 self.trial.set(&self.accepted);
                 self.left_over = self.measure(system, span, mass);
+                self.iterates.forget();
             }
             let before = self.left_over;
             self.linearise(system, span, method, mass);
@@ -75,6 +80,7 @@ impl<T: Scalar> Bilateral<T> {
                 self.trial.approach(&self.accepted);
                 left_over = self.measure(system, span, mass);
             }
+            left_over = self.extrapolate(system, span, mass, (before, left_over));
             std::mem::swap(&mut self.trial, &mut self.accepted);
             self.left_over = left_over;
             let stagnates = iteration > 2 && !(left_over.merit < before.merit * lit::<T>(0.25));
@@ -84,6 +90,42 @@ impl<T: Scalar> Bilateral<T> {
             }
         }
         Ok(())
+    }
+
+    /// Goes on along the iterates made where K̂ leaves so much out that Newton's method gains little: what joints in space bend, and
+    /// gyroscopic torques. Returns what the trial then leaves.
+    fn extrapolate(
+        &mut self,
+        system: &dyn Dynamics<T>,
+        span: &Span<'_, T, impl Fn(usize) -> T>,
+        mass: &mut Factor<T>,
+        (before, plain): (LeftOver<T>, LeftOver<T>),
+    ) -> LeftOver<T> {
+        let Self { iterates, packed: [from, to], accepted, trial, .. } = self;
+        accepted.pack(from);
+        trial.pack(to);
+        let dofs = trial.v.len();
+        let weight = |i: usize| match &*mass {
+            // Multipliers follow the velocities.
+            _ if i >= dofs => T::zero(),
+            Factor::Diagonal(inverse) => inverse.get(i).map_or_else(T::zero, |&inverse| T::one() / inverse),
+            _ => T::one(),
+        };
+        let entries = 0..to.len();
+        let leads = iterates.accelerate(from, to, entries.map(weight));
+        let slow = plain.excess > T::one() && plain.merit > before.merit * lit::<T>(SLOW);
+        if !(leads && slow) {
+            return plain;
+        }
+        trial.pack(from);
+        trial.unpack(to);
+        let left_over = self.measure(system, span, mass);
+        if left_over.merit < plain.merit {
+            return left_over;
+        }
+        let Self { packed: [plain, _], trial, .. } = self;
+        trial.unpack(plain);
+        self.measure(system, span, mass)
     }
 
     /// Newton's step from the iterate accepted, into the trial.

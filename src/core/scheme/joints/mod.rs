@@ -113,6 +113,9 @@ pub(super) struct Bilateral<T: Scalar> {
     left_over: LeftOver<T>,
     /// Fixed point of the impulses Hᵀp.
     percussions: Anderson<T, T>,
+    /// Newton's method as a fixed point of (v, λ), and two of its iterates.
+    iterates: Anderson<T, T>,
+    packed: [Vec<T>; 2],
     /// v_free without joints, and the multipliers without percussions.
     unbound: Vec<T>,
     base: Vec<T>,
@@ -136,6 +139,8 @@ impl<T: Scalar> Bilateral<T> {
         joints.residual(q, &mut closed);
         let mut percussions = Anderson::new(MEMORY);
         percussions.prepare(used);
+        let mut iterates = Anderson::new(MEMORY);
+        iterates.prepare(used + count);
         Self {
             count,
             laws: Laws::new(!joints.all_held(), count),
@@ -164,6 +169,8 @@ impl<T: Scalar> Bilateral<T> {
                 merit: T::zero(),
             },
             percussions,
+            iterates,
+            packed: [zeros(used + count), zeros(used + count)],
             unbound: zeros(used),
             base: zeros(count),
             multipliers: zeros(count),

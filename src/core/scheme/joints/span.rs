@@ -49,6 +49,20 @@ impl<T: Scalar> Iterate<T> {
         self.impulse.copy_from_slice(&other.impulse);
     }
 
+    /// Velocities and multipliers, one after another.
+    pub(super) fn pack(&self, out: &mut [T]) {
+        let (v, multipliers) = out.split_at_mut(self.v.len());
+        v.copy_from_slice(&self.v);
+        multipliers.copy_from_slice(&self.multipliers);
+    }
+
+    /// Takes what [`pack`](Self::pack) wrote.
+    pub(super) fn unpack(&mut self, from: &[T]) {
+        let (v, multipliers) = from.split_at(self.v.len());
+        self.v.copy_from_slice(v);
+        self.multipliers.copy_from_slice(multipliers);
+    }
+
     /// The point midway to another.
     pub(super) fn approach(&mut self, other: &Self) {
         let half = lit::<T>(0.5);
