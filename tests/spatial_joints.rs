@@ -351,7 +351,11 @@ fn a_box_on_a_belt_is_taken_along_to_the_speed_of_the_belt() {
         for k in 0..400 {
             scheme.step().expect("a step");
             let made = scheme.last_step();
-            assert!(made.balance.imbalance.abs() <= 1e-12 * made.energies.total(), "{law}, step {k}: {:?}", made.balance);
+            assert!(
+                made.balance.imbalance.abs() <= 1e-12 * made.energies.total(),
+                "{law}, step {k}: {:?}",
+                made.balance
+            );
             let t = 1e-3 * f64::from(k + 1);
             let v = if t < end { 0.3 * 9.81 * t } else { 0.5 };
             assert!((scheme.state().v[0] - v).abs() <= 1e-3 * 9.81, "{law}, {t}: {}", scheme.state().v[0]);

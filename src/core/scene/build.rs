@@ -8,7 +8,9 @@ use nalgebra::SVector;
 use super::format::InterfaceSpec;
 use super::names::Directory;
 use super::obstacles::check_obstacles;
-use super::{GapSpec, JointSpec, LoadSpec, ObstacleSpec, PlannedRun, PreloadSpec, Scene, SceneError};
+use super::{
+    GapSpec, JointSpec, LoadSpec, ObstacleSpec, PlannedRun, PreloadSpec, Scene, SceneError, SpaceJointSpec,
+};
 use crate::laws::{Approach, ContactLaw, Rows};
 use crate::registry::Registry;
 use crate::scalar::{Scalar, epsilon, lit};
@@ -70,7 +72,9 @@ impl Scene {
     pub(super) fn all_interfaces(&self) -> impl Iterator<Item = Cow<'_, InterfaceSpec>> {
         let limits = self.joints.iter().filter(|joint| joint.limits.is_some());
         let gaps = self.lagrangian.iter().flat_map(|lagrangian| &lagrangian.gaps);
-        let own = limits.map(JointSpec::interface).chain(gaps.map(GapSpec::interface));
+        let spatial = self.space.iter().flat_map(|space| &space.joints);
+        let spatial = spatial.filter(|joint| joint.limits.is_some()).map(SpaceJointSpec::interface);
+        let own = limits.map(JointSpec::interface).chain(spatial).chain(gaps.map(GapSpec::interface));
         self.interfaces.iter().map(Cow::Borrowed).chain(own.map(Cow::Owned))
     }
 }

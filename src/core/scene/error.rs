@@ -139,6 +139,42 @@ pub enum SceneError {
         /// Name of the joint.
         joint: String,
     },
+    /// Limits, friction or a motor in a joint in space that leaves no coordinate for them.
+    #[error("joint `{joint}`: limits, friction and motors need a hinge or a slider")]
+    NothingFreeInSpace {
+        /// Name of the joint.
+        joint: String,
+    },
+    /// A joint in space without what its kind wants.
+    #[error("joint `{joint}` is of a kind that wants `{what}`")]
+    JointWants {
+        /// Name of the joint.
+        joint: String,
+        /// The key.
+        what: &'static str,
+    },
+    /// A key that the kind of a joint has no use for.
+    #[error("joint `{joint}` is of a kind that takes no `{what}`")]
+    JointTakes {
+        /// Name of the joint.
+        joint: String,
+        /// The key.
+        what: &'static str,
+    },
+    /// A spring in space without a place.
+    #[error("spring `{spring}` wants `{what}`")]
+    SpringWants {
+        /// Name of the spring.
+        spring: String,
+        /// The key.
+        what: &'static str,
+    },
+    /// An obstacle in space that turns about no axis.
+    #[error("the motion of obstacle `{obstacle}` has an angle: it wants `motion_axis`")]
+    MotionAxis {
+        /// Name of the obstacle.
+        obstacle: String,
+    },
     /// Two displacements of one component.
     #[error("obstacle `{obstacle}` has two motions in {component}; every component may have one")]
     TwoMotions {

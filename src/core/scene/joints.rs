@@ -61,6 +61,31 @@ pub struct MotorSpec {
     pub signal: Signal<f64>,
 }
 
+/// What a motor does.
+pub(super) enum Motor {
+    /// A speed, with at most a force.
+    Speed(f64, Option<f64>),
+    /// A force.
+    Force(f64),
+}
+
+impl MotorSpec {
+    /// What the motor of a joint does.
+    pub(super) fn motor(&self, joint: &str) -> Result<Motor, SceneError> {
+        match (self.speed, self.most, self.force) {
+            (Some(speed), most, None) => Ok(Motor::Speed(speed, most)),
+            (None, None, Some(force)) => Ok(Motor::Force(force)),
+            _ => Err(SceneError::Motor { joint: joint.into() }),
+        }
+    }
+}
+
+/// The limits of a joint as an interface, for its law and parameters.
+pub(super) fn limits_of(joint: &str, parameters: &BTreeMap<String, f64>) -> InterfaceSpec {
+    let between = [joint.into(), "its limits".into()];
+    InterfaceSpec { between, law: None, parameters: parameters.clone() }
+}
+
 /// A spring with a damper, between points of two bodies, along an axis, or in rotation. Its potential is ½ k (x − rest)², x the
 /// distance of the points, the offset along the axis or the angle of the body less that of the other.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -177,16 +202,15 @@ impl JointSpec {
         if self.friction != 0.0 {
             builder.rub(&format!("{name}.friction"), bodies, free, lit(self.friction))?;
         }
-        if let Some(MotorSpec { speed, most, force, signal }) = &self.motor {
+        if let Some(spec) = &self.motor {
             let label = format!("{name}.motor");
-            match (*speed, *most, *force) {
-                (Some(speed), most, None) => {
-                    builder.drive(&label, bodies, free, (lit(speed), most.map(lit)), signal.cast())?;
+            match spec.motor(name)? {
+                Motor::Speed(speed, most) => {
+                    builder.drive(&label, bodies, free, (lit(speed), most.map(lit)), spec.signal.cast())?;
                 }
-                (None, None, Some(force)) => {
-                    builder.push(&label, bodies, free, lit(force), signal.cast())?;
+                Motor::Force(force) => {
+                    builder.push(&label, bodies, free, lit(force), spec.signal.cast())?;
                 }
-                _ => return Err(SceneError::Motor { joint: name.clone() }),
             }
         }
         Ok(())
@@ -194,8 +218,7 @@ impl JointSpec {
 
     /// The limits as an interface, for its law and parameters.
     pub(super) fn interface(&self) -> InterfaceSpec {
-        let between = [self.name.clone(), "its limits".into()];
-        InterfaceSpec { between, law: None, parameters: self.parameters.clone() }
+        limits_of(&self.name, &self.parameters)
     }
 }
 

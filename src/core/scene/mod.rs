@@ -40,8 +40,8 @@ pub use obstacles::{ArcSpec, ChainSpec, MotionSpec, ObstacleSpec};
 pub use plan::{Overrides, PlannedRun};
 pub use solid::{MeshSpec, PreloadSpec, PrescribedSpec, SolidSpec, SupportName, TractionSpec};
 pub use space::{
-    RepeatSpec, ShapeSpec, SpaceBodySpec, SpaceHalfSpec, SpaceLoadSpec, SpaceObstacleSpec, SpaceScene,
-    SpaceSpec,
+    RepeatSpec, ShapeSpec, SpaceBodySpec, SpaceHalfSpec, SpaceJointKind, SpaceJointSpec, SpaceLoadSpec,
+    SpaceMotionSpec, SpaceObstacleSpec, SpaceScene, SpaceSpec, SpaceSpringSpec,
 };
 pub use time::{AdaptiveSpec, TimeSpec};
 pub use warnings::SceneWarning;

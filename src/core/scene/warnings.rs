@@ -217,10 +217,14 @@ impl Scene {
                 warnings.push(SceneWarning::IdleParameter { interface, parameter, laws: laws.clone() });
             }
         }
-        for joint in self.joints.iter().filter(|joint| joint.limits.is_none() && !joint.parameters.is_empty())
-        {
-            let parameters = joint.parameters.keys().map(|name| format!("`{name}`")).collect();
-            warnings.push(SceneWarning::NoLimits { joint: joint.name.clone(), parameters });
+        let planar = self.joints.iter().map(|joint| (&joint.name, joint.limits, &joint.parameters));
+        let spatial = self.space.iter().flat_map(|space| &space.joints);
+        let spatial = spatial.map(|joint| (&joint.name, joint.limits, &joint.parameters));
+        for (name, limits, parameters) in planar.chain(spatial) {
+            if limits.is_none() && !parameters.is_empty() {
+                let parameters = parameters.keys().map(|name| format!("`{name}`")).collect();
+                warnings.push(SceneWarning::NoLimits { joint: name.clone(), parameters });
+            }
         }
         Ok(())
     }

@@ -35,6 +35,11 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         let Settings { theta, step: h, .. } = *settings;
         let Next { q, v, v_theta, v_free, force, scratch, .. } = next;
         system.forces().averaged(state.time, h, theta, force, scratch);
+        let torques = system.fixed_torques();
+        if let Some(torques) = torques {
+            torques.averaged(state.time, h, theta, v_free, scratch);
+            system.pull_back(&state.q, v_free, force);
+        }
         if let Some(rest) = rest {
             rest.still(force);
         }
@@ -51,8 +56,9 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         if !all_finite(&*force) {
             return Err(self.state_error("F", &self.next.force));
         }
-        let Self { system, next, matrix, lasting, .. } = self;
-        if let Some(lasting) = lasting.as_mut().filter(|l| l.wants_pull(system.forces().varies())) {
+        let varies = torques.is_some() || system.forces().varies();
+        let Self { next, matrix, lasting, .. } = self;
+        if let Some(lasting) = lasting.as_mut().filter(|l| l.wants_pull(varies)) {
             let Next { force, scratch, .. } = next;
             scratch.copy_from_slice(force);
             lasting.set_pull(&mut matrix.factor, scratch);

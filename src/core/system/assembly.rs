@@ -1,10 +1,10 @@
 //! Several systems as one: degrees of freedom and coordinates one member after another, contacts named by member.
 
+mod joints;
+
 use std::ops::Range;
 
-use super::{
-    ContactPlace, Contacts, Describe, Dynamics, Forces, Joints, Prescribed, RowLaw, Scales, Solid, System,
-};
+use super::{ContactPlace, Contacts, Describe, Dynamics, Forces, Joints, Prescribed, Scales, Solid, System};
 use crate::contact::{Candidate, ContactId};
 use crate::linalg::{BlockRows, Symmetric};
 use crate::scalar::Scalar;
@@ -44,6 +44,7 @@ pub struct Assembly<T: Scalar, const D: usize> {
     damping: Option<Symmetric<T>>,
     stiffness: Option<Symmetric<T>>,
     forces: Forces<T>,
+    torques: Option<Forces<T>>,
     prescribed: Option<Prescribed<T>>,
     body_dofs: Option<usize>,
     coordinates: usize,
@@ -130,6 +131,11 @@ impl<T: Scalar, const D: usize> Assembly<T, D> {
             let parts = members.iter().map(|member| (of(&*member.system), member.v.len()));
             Symmetric::block_diagonal(parts)
         };
+        let any_torque = members.iter().any(|member| member.system.fixed_torques().is_some());
+        let torques = |member: &Member<T, D>| {
+            let none = || Forces::constant(vec![T::zero(); member.v.len()]);
+            member.system.fixed_torques().cloned().unwrap_or_else(none)
+        };
         let mut units = members.iter().map(|member| member.system.body_dofs());
         let unit = units.next().flatten();
         Ok(Self {
@@ -137,7 +143,8 @@ impl<T: Scalar, const D: usize> Assembly<T, D> {
             mass: operators(|system| Some(system.mass())).unwrap_or(Symmetric::Diagonal(Vec::new())),
             damping: operators(|system| system.damping()),
             stiffness: operators(|system| system.stiffness()),
-            forces: Forces::joined(members.iter().map(|member| member.system.forces())),
+            forces: Forces::joined(members.iter().map(|member| member.system.forces().clone())),
+            torques: any_torque.then(|| Forces::joined(members.iter().map(torques))),
             prescribed: members
                 .last()
                 .and_then(|member| Some(member.system.prescribed()?.shifted(member.v.start))),
@@ -236,6 +243,23 @@ impl<T: Scalar, const D: usize> Dynamics<T> for Assembly<T, D> {
     fn fly(&self, times: &[T], q: &mut [T], v: &mut [T]) {
         for Member { system, q: place, v: dofs, .. } in &self.members {
             system.fly(&times[dofs.clone()], &mut q[place.clone()], &mut v[dofs.clone()]);
+        }
+    }
+
+    fn land(&self, start: &[T], s: &[T], times: &[T], q: &mut [T], v: &mut [T]) {
+        for Member { system, q: place, v: dofs, .. } in &self.members {
+            let (start, s) = (&start[place.clone()], &s[dofs.clone()]);
+            system.land(start, s, &times[dofs.clone()], &mut q[place.clone()], &mut v[dofs.clone()]);
+        }
+    }
+
+    fn fixed_torques(&self) -> Option<&Forces<T>> {
+        self.torques.as_ref()
+    }
+
+    fn pull_back(&self, q: &[T], torques: &[T], force: &mut [T]) {
+        for Member { system, q: place, v: dofs, .. } in &self.members {
+            system.pull_back(&q[place.clone()], &torques[dofs.clone()], &mut force[dofs.clone()]);
         }
     }
 
@@ -379,62 +403,6 @@ impl<T: Scalar, const D: usize> Contacts<T, D> for Assembly<T, D> {
             Some((i, contact)) => self.members[i].system.gap(contact, &q[self.members[i].q.clone()]),
             None => self.across.as_ref().map_or_else(T::infinity_impl, |across| across.gap(contact, q)),
         }
-    }
-}
-
-impl<T: Scalar, const D: usize> Joints<T> for Assembly<T, D> {
-    fn rows(&self) -> usize {
-        self.joint_rows
-    }
-
-    fn moves(&self) -> bool {
-        self.members.iter().any(|member| member.system.joints().is_some_and(Joints::moves))
-    }
-
-    fn residual(&self, q: &[T], out: &mut [T]) {
-        for Member { system, q: place, joint_rows, .. } in &self.members {
-            if let Some(joints) = system.joints() {
-                joints.residual(&q[place.clone()], &mut out[joint_rows.clone()]);
-            }
-        }
-    }
-
-    fn jacobian(&self, q: &[T], s: &[T], out: &mut BlockRows<T, 1>) {
-        for Member { system, q: place, v, .. } in &self.members {
-            let Some(joints) = system.joints() else { continue };
-            let first = out.rows();
-            joints.jacobian(&q[place.clone()], &s[v.clone()], out);
-            (first..out.rows()).for_each(|row| out.shift_row(row, v.start));
-        }
-    }
-
-    fn curvature(&self, q: &[T], s: &[T], multipliers: &[T], out: &mut [T]) {
-        for Member { system, q: place, v, joint_rows, .. } in &self.members {
-            let Some(joints) = system.joints() else { continue };
-            let multipliers = &multipliers[joint_rows.clone()];
-            joints.curvature(&q[place.clone()], &s[v.clone()], multipliers, &mut out[v.clone()]);
-        }
-    }
-
-    fn law(&self, row: usize, q: &[T], time: T, step: T) -> RowLaw<T> {
-        let found = self.at(row, |member| &member.joint_rows);
-        let joints = found.and_then(|(member, row)| Some((member, member.system.joints()?, row)));
-        joints.map_or(RowLaw::Held, |(member, joints, row)| joints.law(row, &q[member.q.clone()], time, step))
-    }
-
-    fn all_held(&self) -> bool {
-        self.members.iter().all(|member| member.system.joints().is_none_or(Joints::all_held))
-    }
-
-    fn energy(&self, q: &[T]) -> T {
-        let of = |m: &Member<T, D>| m.system.joints().map(|joints| joints.energy(&q[m.q.clone()]));
-        self.members.iter().filter_map(of).fold(T::zero(), |sum, energy| sum + energy)
-    }
-
-    fn label(&self, row: usize) -> String {
-        let found = self.at(row, |member| &member.joint_rows);
-        let label = found.and_then(|(member, row)| Some((member, member.system.joints()?.label(row))));
-        label.map_or_else(|| row.to_string(), |(member, label)| format!("{}.{label}", member.name))
     }
 }
 

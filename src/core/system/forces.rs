@@ -46,20 +46,17 @@ impl<T: Scalar> Forces<T> {
     }
 
     /// The forces on several systems, whose degrees of freedom stand one after another.
-    pub(super) fn joined<'a>(all: impl Iterator<Item = &'a Self>) -> Self
-    where
-        T: 'a,
-    {
+    pub(super) fn joined(all: impl Iterator<Item = Self>) -> Self {
         let mut joined = Self::constant(Vec::new());
         for Self { constant, loads, varying } in all {
             let first = joined.constant.len();
             joined.constant.extend(constant);
             for (signal, entries) in loads {
-                let entries = entries.iter().map(|&(dof, load)| (first + dof, load)).collect();
-                joined.loads.push((signal.clone(), entries));
+                let entries = entries.into_iter().map(|(dof, load)| (first + dof, load)).collect();
+                joined.loads.push((signal, entries));
             }
             let shifted = |dofs: &Range<usize>| first + dofs.start..first + dofs.end;
-            joined.varying.extend(varying.iter().map(|(dofs, add)| (shifted(dofs), add.clone())));
+            joined.varying.extend(varying.into_iter().map(|(dofs, add)| (shifted(&dofs), add)));
         }
         joined
     }

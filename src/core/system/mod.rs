@@ -135,6 +135,16 @@ pub trait Dynamics<T: Scalar>: Debug + Send {
     /// External forces F(t).
     fn forces(&self) -> &Forces<T>;
 
+    /// Torques about fixed axes (N m), in the places of rotations about axes that go with bodies; see
+    /// [`pull_back`](Self::pull_back).
+    fn fixed_torques(&self) -> Option<&Forces<T>> {
+        None
+    }
+
+    /// Adds to `force` what [torques about fixed axes](Self::fixed_torques) are about the axes of the velocities, in
+    /// configuration q.
+    fn pull_back(&self, _q: &[T], _torques: &[T], _force: &mut [T]) {}
+
     /// Potential of the constant forces (J), −F₀·q by default.
     fn potential(&self, q: &[T]) -> T {
         self.forces().potential(q)
@@ -247,12 +257,12 @@ pub trait Joints<T: Scalar>: Debug {
     /// Appends the rows Ḡ(q, s), with φ(q ⊕ s) − φ(q) = Ḡ(q, s) s.
     fn jacobian(&self, q: &[T], s: &[T], out: &mut BlockRows<T, 1>);
 
-    /// Appends the rows ∂φ(q ⊕ s)/∂s, with `end` = q ⊕ s. By default those of the end, as where q ⊕ s is q + s.
+    /// Appends the rows ∂φ(q ⊕ s)/∂s, with `end` = q ⊕ s and zeros in `still`. By default Ḡ(`end`, 0), as where q ⊕ s is
+    /// q + s.
     ///
     /// It speeds up the iteration, whose solution does not depend on it.
-    fn tangent(&self, _q: &[T], s: &[T], end: &[T], out: &mut BlockRows<T, 1>) {
-        let zero = vec![T::zero(); s.len()];
-        self.jacobian(end, &zero, out);
+    fn tangent(&self, _q: &[T], _s: &[T], (end, still): (&[T], &[T]), out: &mut BlockRows<T, 1>) {
+        self.jacobian(end, still, out);
     }
 
     /// Adds the impulses (N s, N m s) over a step of length `step` of the inertial forces that the motion `s` brings beside M:

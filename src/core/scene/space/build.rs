@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::{UnitQuaternion, Vector3};
 
+use super::joints::Ids;
 use super::shape::pose;
-use super::{ShapeSpec, SpaceBodySpec, SpaceSpec};
+use super::{ShapeSpec, SpaceBodySpec, SpaceObstacleSpec, SpaceSpec};
 use crate::geometry::{Compound, Part, Pose, Principal};
 use crate::registry::Registry;
 use crate::scalar::{Scalar, lit};
@@ -13,7 +14,7 @@ use crate::scene::build::{AnyLaw, Parts};
 use crate::scene::names::{Directory, Owner};
 use crate::scene::warnings::length;
 use crate::scene::{PlannedRun, Scene, SceneError, SceneWarning};
-use crate::system::{BodyId, SpatialBodies, SpatialBody};
+use crate::system::{BodyId, Signal, SpatialBodies, SpatialBodiesBuilder, SpatialBody};
 
 /// A body in its principal frame, and where that frame stands in its own.
 struct Solid<T: Scalar> {
@@ -76,6 +77,56 @@ impl SpaceBodySpec {
     }
 }
 
+impl SpaceObstacleSpec {
+    /// The body of an obstacle that moves as told, of the mean mass of the others: it counts in the kinetic energy, and in nothing
+    /// else. Its velocity at the start is that of its motion.
+    fn mover<T: Scalar>(
+        &self,
+        frame: &Pose<T>,
+        scene: &Scene,
+        (builder, q, v): (&mut SpatialBodiesBuilder<T>, &mut Vec<T>, &mut Vec<T>),
+    ) -> Result<Option<BodyId>, SceneError> {
+        if self.motion.is_empty() {
+            return Ok(None);
+        }
+        let turns = self.motion.iter().any(|motion| motion.angle != 0.0);
+        let axis = match self.motion_axis {
+            Some(axis) => axis,
+            None if turns => return Err(SceneError::MotionAxis { obstacle: self.name.clone() }),
+            None => [0.0, 0.0, 1.0],
+        };
+        let body = builder.body(&self.name, builder.mean_body())?;
+        let (at, turn) = (frame.position(), frame.orientation());
+        q.extend([at.x, at.y, at.z, turn.w, turn.i, turn.j, turn.k]);
+        let step = scene.time.step;
+        let rate = |signal: &Signal<f64>| (signal.at(0.5 * step) - signal.at(-0.5 * step)) / step;
+        let (mut velocity, mut speed) = ([0.0; 3], 0.0);
+        for motion in &self.motion {
+            let rate = rate(&motion.signal);
+            (0..3).for_each(|k| velocity[k] += motion.displacement[k] * rate);
+            speed += motion.angle * rate;
+        }
+        // The spin that makes the angle of a step, as q ⊕ s turns by 2 atan(|s|/2).
+        let half = 0.5 * step * speed;
+        let speed = if half.abs() < 1.0 { half.tan() * 2.0 / step } else { speed };
+        let axis_own = frame.turn_back(&Vector3::from(axis.map(lit::<T>)));
+        let length = axis_own.norm();
+        let spin = if turns && length > T::zero() {
+            axis_own * (lit::<T>(speed) / length)
+        } else {
+            Vector3::zeros()
+        };
+        v.extend(velocity.map(lit::<T>));
+        v.extend(spin.iter());
+        let displacements: Vec<_> =
+            (self.motion.iter()).map(|motion| (motion.displacement.map(lit), motion.signal.cast())).collect();
+        let turning = self.motion.iter().filter(|motion| motion.angle != 0.0);
+        let angles: Vec<_> = turning.map(|motion| (lit(motion.angle), motion.signal.cast())).collect();
+        builder.told(body, (&displacements, axis.map(lit), &angles), q)?;
+        Ok(Some(body))
+    }
+}
+
 impl SpaceSpec {
     /// The bodies, the obstacles and the half-spaces.
     pub(in crate::scene) fn owners(&self) -> [Vec<Owner>; 3] {
@@ -111,7 +162,7 @@ impl SpaceSpec {
         let groups = directory.groups(scene);
         let mut builder = SpatialBodies::builder();
         let ids: Vec<_> = groups.sides.iter().map(|_| builder.group()).collect();
-        let (mut q, mut v) = (Vec::new(), Vec::new());
+        let (mut q, mut v, mut bodies) = (Vec::new(), Vec::new(), Vec::new());
         let mut last: Option<(&SpaceBodySpec, Solid<T>)> = None;
         for (spec, groups) in self.bodies.iter().zip(&groups.contactors) {
             // Copies share their shapes: files are read once.
@@ -123,9 +174,16 @@ impl SpaceSpec {
             q.extend(start.0);
             v.extend(start.1);
             let id = builder.body(&spec.name, solid.body)?;
-            builder.force(id, spec.force.map(lit), spec.torque.map(lit))?;
+            bodies.push(id);
+            // The body's own axes need not be its principal ones.
+            let own = |torque: [f64; 3]| solid.frame.turn_back(&Vector3::from(torque.map(lit::<T>))).into();
+            builder.force(id, spec.force.map(lit), own(spec.torque))?;
+            builder.torque(id, spec.fixed_torque.map(lit), Signal::Constant)?;
             for load in &spec.loads {
-                builder.load(id, load.force.map(lit), load.torque.map(lit), load.signal.cast())?;
+                builder.load(id, load.force.map(lit), own(load.torque), load.signal.cast())?;
+                if load.fixed_torque != [0.0; 3] {
+                    builder.torque(id, load.fixed_torque.map(lit), load.signal.cast())?;
+                }
             }
             for (k, (part, &group)) in solid.parts.iter().zip(groups).enumerate() {
                 let label = format!("{}.{}", spec.name, spec.shapes[k].name(k));
@@ -133,18 +191,33 @@ impl SpaceSpec {
             }
         }
         builder.gravity(self.gravity.map(lit))?;
+        let mut movers = Vec::new();
         for (spec, groups) in self.obstacles.iter().zip(&groups.obstacles) {
             let frame = pose(&spec.name, spec.position, spec.orientation)?;
+            let mover = spec.mover(&frame, scene, (&mut builder, &mut q, &mut v))?;
+            movers.push(mover);
+            let (body, frame) = match mover {
+                Some(body) => (body, Pose::identity()),
+                None => (BodyId::GROUND, frame),
+            };
             for (k, (shape, &group)) in spec.shapes.iter().zip(groups).enumerate() {
                 let label = format!("{}.{}", spec.name, shape.name(k));
                 let Part { shape, pose } = shape.part::<T>(&label, &scene.folder)?;
-                builder.shape(&label, BodyId::GROUND, shape, frame.part(&pose), ids[group])?;
+                builder.shape(&label, body, shape, frame.part(&pose), ids[group])?;
             }
         }
         for (half, &group) in self.half_spaces.iter().zip(&groups.planes) {
             builder.half_space(&half.name, half.point.map(lit), half.normal.map(lit), ids[group])?;
         }
         let mut laws: Vec<AnyLaw<T, D>> = Vec::new();
+        // The interfaces of limits come first, in the order of the joints.
+        let names = Ids { scene: self, bodies: &bodies, movers: &movers };
+        for joint in &self.joints {
+            joint.build((run, registry), (&mut builder, &names, &q), &mut laws)?;
+        }
+        for spring in &self.springs {
+            spring.build((&mut builder, &names, &q))?;
+        }
         for ([a, b], interface) in groups.interfaces() {
             builder.interface(ids[a], ids[b])?;
             laws.push(scene.interfaces[interface].law(run, registry)?);

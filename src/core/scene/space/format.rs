@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::{RepeatSpec, ShapeSpec};
+use super::{RepeatSpec, ShapeSpec, SpaceJointSpec, SpaceMotionSpec, SpaceSpringSpec};
 use crate::scene::format::default_solvers;
 use crate::scene::{InterfaceSpec, OutputSpec, ScalarName, Scene, SolverSpec, TimeSpec, UnitsName};
 use crate::system::Signal;
@@ -44,9 +44,15 @@ pub struct SpaceScene {
     /// Fixed half-spaces.
     #[serde(default)]
     pub half_spaces: Vec<SpaceHalfSpec>,
-    /// Fixed shapes of any kind.
+    /// Shapes that are fixed, or move as told.
     #[serde(default)]
     pub obstacles: Vec<SpaceObstacleSpec>,
+    /// Joints between bodies, or of bodies with obstacles and the ground.
+    #[serde(default)]
+    pub joints: Vec<SpaceJointSpec>,
+    /// Springs and dampers.
+    #[serde(default)]
+    pub springs: Vec<SpaceSpringSpec>,
     /// Which pairs touch, and the parameters of their law.
     #[serde(default)]
     pub interfaces: Vec<InterfaceSpec>,
@@ -61,8 +67,12 @@ pub struct SpaceSpec {
     pub bodies: Vec<SpaceBodySpec>,
     /// Fixed half-spaces.
     pub half_spaces: Vec<SpaceHalfSpec>,
-    /// Fixed shapes.
+    /// Shapes that are fixed, or move as told.
     pub obstacles: Vec<SpaceObstacleSpec>,
+    /// Joints.
+    pub joints: Vec<SpaceJointSpec>,
+    /// Springs and dampers.
+    pub springs: Vec<SpaceSpringSpec>,
 }
 
 /// A rigid body in space. Its mass and inertia are those of its shapes and a density, or given.
@@ -98,6 +108,9 @@ pub struct SpaceBodySpec {
     /// Constant torque about the axes of the body (N m).
     #[serde(default)]
     pub torque: [f64; 3],
+    /// Constant torque about the fixed axes (N m).
+    #[serde(default)]
+    pub fixed_torque: [f64; 3],
     /// Forces that vary in time, added to the constant one.
     #[serde(default)]
     pub loads: Vec<SpaceLoadSpec>,
@@ -123,6 +136,9 @@ pub struct SpaceLoadSpec {
     /// Torque about the axes of the body (N m).
     #[serde(default)]
     pub torque: [f64; 3],
+    /// Torque about the fixed axes (N m).
+    #[serde(default)]
+    pub fixed_torque: [f64; 3],
     /// Signal; constant where absent.
     #[serde(default)]
     pub signal: Signal<f64>,
@@ -141,7 +157,7 @@ pub struct SpaceHalfSpec {
     pub normal: [f64; 3],
 }
 
-/// Fixed shapes in space.
+/// Fixed shapes in space, under one name; or, with a `motion`, shapes that move as told: a belt, a shaker, a drum.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SpaceObstacleSpec {
@@ -156,6 +172,11 @@ pub struct SpaceObstacleSpec {
     /// Orientation, a quaternion (w, x, y, z) of any length (dimensionless).
     #[serde(default = "upright")]
     pub orientation: [f64; 4],
+    /// Displacements of the frame, each times a signal; fixed where there are none.
+    #[serde(default)]
+    pub motion: Vec<SpaceMotionSpec>,
+    /// Axis through the origin of the frame (dimensionless), along the fixed axes and of any length, about which the `motion` turns.
+    pub motion_axis: Option<[f64; 3]>,
     /// Its shapes.
     pub shapes: Vec<ShapeSpec>,
 }
@@ -164,7 +185,7 @@ impl SpaceScene {
     /// The scene; what only scenes in the plane have is absent.
     pub(super) fn into_scene(self) -> Scene {
         let Self { title, laws, solvers, scalar, units, time, solver, output, interfaces, .. } = self;
-        let Self { gravity, bodies, half_spaces, obstacles, .. } = self;
+        let Self { gravity, bodies, half_spaces, obstacles, joints, springs, .. } = self;
         let bodies = bodies.into_iter().flat_map(SpaceBodySpec::copies).collect();
         Scene {
             title,
@@ -185,7 +206,7 @@ impl SpaceScene {
             joints: Vec::new(),
             springs: Vec::new(),
             interfaces,
-            space: Some(SpaceSpec { gravity, bodies, half_spaces, obstacles }),
+            space: Some(SpaceSpec { gravity, bodies, half_spaces, obstacles, joints, springs }),
             folder: std::path::PathBuf::new(),
         }
     }

@@ -2,12 +2,14 @@
 
 mod build;
 mod format;
+mod joints;
 mod repeat;
 mod shape;
 
 use serde::Deserialize;
 
 pub use format::{SpaceBodySpec, SpaceHalfSpec, SpaceLoadSpec, SpaceObstacleSpec, SpaceScene, SpaceSpec};
+pub use joints::{SpaceJointKind, SpaceJointSpec, SpaceMotionSpec, SpaceSpringSpec};
 pub use repeat::RepeatSpec;
 pub use shape::ShapeSpec;
 

@@ -203,7 +203,8 @@ impl<T: Scalar> Bilateral<T> {
         self.end_rows.clear();
         match method {
             Method::Newton => {
-                joints_of(system).tangent(span.q, &self.step, &self.end, &mut self.end_rows);
+                let end = (&self.end[..], &self.zero[..]);
+                joints_of(system).tangent(span.q, &self.step, end, &mut self.end_rows);
             }
             Method::FixedPoint => joints_of(system).jacobian(span.q, &self.step, &mut self.end_rows),
         }

@@ -9,7 +9,7 @@ use super::joints::JointSet;
 use super::shape::{Contactor, DOFS, index};
 use crate::geometry::{BroadPhase, Kind, NarrowPhase, Pose, Principal, Shape};
 use crate::linalg::Symmetric;
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, from_usize, lit};
 use crate::system::element::{Element, Stop};
 use crate::system::forces::Load;
 use crate::system::interfaces::{GroupId, Interfaces, declare, known};
@@ -31,6 +31,8 @@ pub struct SpatialBodiesBuilder<T: Scalar> {
     pub(super) bodies: Vec<(String, SpatialBody<T>)>,
     force: Vec<T>,
     loads: Vec<Load<T>>,
+    torque: Vec<T>,
+    torque_loads: Vec<Load<T>>,
     contactors: Vec<Contactor<T>>,
     groups: usize,
     interfaces: Vec<(usize, usize)>,
@@ -41,9 +43,21 @@ pub struct SpatialBodiesBuilder<T: Scalar> {
 impl<T: Scalar> Default for SpatialBodiesBuilder<T> {
     fn default() -> Self {
         let (bodies, force, loads) = (Vec::new(), Vec::new(), Vec::new());
+        let (torque, torque_loads) = (Vec::new(), Vec::new());
         let (contactors, interfaces) = (Vec::new(), Vec::new());
         let (elements, stops) = (Vec::new(), Vec::new());
-        Self { bodies, force, loads, contactors, groups: 0, interfaces, elements, stops }
+        Self {
+            bodies,
+            force,
+            loads,
+            torque,
+            torque_loads,
+            contactors,
+            groups: 0,
+            interfaces,
+            elements,
+            stops,
+        }
     }
 }
 
@@ -61,7 +75,22 @@ impl<T: Scalar> SpatialBodiesBuilder<T> {
             .map_err(|source| SystemError::Inertia { body: name.into(), source })?;
         self.bodies.push((name.into(), body));
         self.force.extend([T::zero(); DOFS]);
+        self.torque.extend([T::zero(); DOFS]);
         Ok(BodyId(self.bodies.len() - 1))
+    }
+
+    /// A ball of the mean mass and the mean moments of the bodies there are, of 1 kg without any.
+    pub(crate) fn mean_body(&self) -> SpatialBody<T> {
+        let (mut mass, mut moment) = (T::zero(), T::zero());
+        for (_, body) in &self.bodies {
+            mass += body.mass;
+            moment += body.moments.iter().fold(T::zero(), |sum, &moment| sum + moment) / lit::<T>(3.0);
+        }
+        if self.bodies.is_empty() {
+            return SpatialBody { mass: T::one(), moments: [T::one(); 3] };
+        }
+        let count = from_usize::<T>(self.bodies.len());
+        SpatialBody { mass: mass / count, moments: [moment / count; 3] }
     }
 
     /// Adds a constant force (N) along the fixed axes at the centre of mass, and a torque (N m) along the axes of the body.
@@ -92,6 +121,21 @@ impl<T: Scalar> SpatialBodiesBuilder<T> {
         }
         let entries = self.load_entries(body, force, torque)?;
         self.loads.push((signal, entries));
+        Ok(())
+    }
+
+    /// Adds a torque (N m) about the fixed axes, times a signal.
+    ///
+    /// # Errors
+    /// [`SystemError::OutOfRange`], [`SystemError::Unknown`].
+    pub fn torque(&mut self, body: BodyId, torque: [T; 3], signal: Signal<T>) -> Result<(), SystemError> {
+        signal.check()?;
+        let entries = self.load_entries(body, [T::zero(); 3], torque)?;
+        if signal == Signal::Constant {
+            entries.into_iter().for_each(|(dof, load)| self.torque[dof] += load);
+        } else {
+            self.torque_loads.push((signal, entries));
+        }
         Ok(())
     }
 
@@ -199,6 +243,9 @@ impl<T: Scalar> SpatialBodiesBuilder<T> {
         let mass: Vec<T> = self.bodies.iter().flat_map(diagonal).collect();
         let constant = Forces::constant(self.force);
         let forces = self.loads.into_iter().fold(constant, |sum, (signal, of)| sum.with_load(signal, of));
+        let any = !self.torque_loads.is_empty() || self.torque.iter().any(|&torque| torque != T::zero());
+        let add = |sum: Forces<T>, (signal, of)| sum.with_load(signal, of);
+        let torques = any.then(|| self.torque_loads.into_iter().fold(Forces::constant(self.torque), add));
         let size = |contactor: &Contactor<T>| {
             let arm = contactor.local.position().norm();
             contactor.body.map_or_else(T::zero, |_| arm + contactor.shape.size())
@@ -211,6 +258,7 @@ impl<T: Scalar> SpatialBodiesBuilder<T> {
             bodies,
             mass: Symmetric::Diagonal(mass),
             forces,
+            torques,
             size: self.contactors.iter().fold(T::zero(), |most, contactor| larger(most, size(contactor))),
             interfaces: Interfaces::new(self.groups, &self.interfaces),
             packing: Packing::new(self.contactors.len()),

@@ -87,7 +87,7 @@ impl<T: Scalar> Joints<T> for JointSet<T> {
         );
     }
 
-    fn tangent(&self, q: &[T], s: &[T], end: &[T], out: &mut BlockRows<T, 1>) {
+    fn tangent(&self, q: &[T], s: &[T], (end, _): (&[T], &[T]), out: &mut BlockRows<T, 1>) {
         self.for_each(
             |body| Way::at_end(body, q, s, end),
             |_, relation, ways| {

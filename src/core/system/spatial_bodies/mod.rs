@@ -58,6 +58,8 @@ pub struct SpatialBodies<T: Scalar> {
     mass: Symmetric<T>,
     bodies: Vec<SpatialBody<T>>,
     forces: Forces<T>,
+    /// Torques about fixed axes.
+    torques: Option<Forces<T>>,
     names: Vec<String>,
     contactors: Vec<Contactor<T>>,
     /// The largest distance of a point of a body from its centre of mass (m).
@@ -278,6 +280,21 @@ impl<T: Scalar> Dynamics<T> for SpatialBodies<T> {
 
     fn forces(&self) -> &Forces<T> {
         &self.forces
+    }
+
+    fn fixed_torques(&self) -> Option<&Forces<T>> {
+        self.torques.as_ref()
+    }
+
+    fn pull_back(&self, q: &[T], torques: &[T], force: &mut [T]) {
+        for body in 0..self.bodies() {
+            let of = DOFS * body + 3..DOFS * (body + 1);
+            let torque = Vector3::from_column_slice(&torques[of.clone()]);
+            if torque != Vector3::zeros() {
+                let turned = parts(&q[COORDINATES * body..]).1.inverse() * torque;
+                force[of].iter_mut().zip(turned.iter()).for_each(|(force, &torque)| *force += torque);
+            }
+        }
     }
 
     /// −F₀·x: torques along the axes of a body have none.
