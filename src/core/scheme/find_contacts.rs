@@ -48,13 +48,17 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             state,
             next: Next { place, scratch, .. },
             rest,
+            flight,
             active: ActiveSet { candidates, crossed, .. },
             ..
         } = self;
         if rule == ActivationRule::CurrentGap {
             place.copy_from_slice(&state.q);
         } else {
-            scratch.iter_mut().zip(&state.v).for_each(|(s, &v)| *s = ahead * v);
+            match flight {
+                Some(flight) => flight.ahead(h, &state.v, scratch),
+                None => scratch.iter_mut().zip(&state.v).for_each(|(s, &v)| *s = ahead * v),
+            }
             system.advance(&state.q, scratch, place);
         }
         let asleep = rest.as_ref().map_or(&[][..], |rest| rest.asleep());

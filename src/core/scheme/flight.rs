@@ -18,8 +18,8 @@
 //! go one way, q_k ⊕ h v_{k+θ}, along which the rows of the joints are discrete derivatives. q_m = q_k ⊕ (1−θ)h v_k is then where
 //! their contacts are looked at.
 //!
-//! The θ of an island is known when its contacts are, after the first flight. Where it is not that of the scene the step flies
-//! again from its start, and takes H and the velocities of the contacts there.
+//! The θ of an island is known when its contacts are, after the first flight, which takes it to be that of the last step. Where
+//! it is another the step flies again from its start, and takes H and the velocities of the contacts there.
 
 use super::active_set::ActiveSet;
 use super::lasting::Lasting;
@@ -34,32 +34,61 @@ pub(super) struct Flight<T> {
     v: Vec<T>,
     /// v_{k+1}, behind the second flight.
     pub(super) after: Vec<T>,
+    /// θ of every degree of freedom, of the last step until that of this one is known.
+    theta: Vec<T>,
     /// How long every degree of freedom flies (s).
     times: Vec<T>,
 }
 
 impl<T: Scalar> Flight<T> {
     /// `None` for systems that do not fly.
-    pub(super) fn new(system: &dyn Dynamics<T>) -> Option<Self> {
+    pub(super) fn new(system: &dyn Dynamics<T>, theta: T) -> Option<Self> {
         let zeros = |count: usize| vec![T::zero(); count];
         let n = system.dofs();
         system.flies().then(|| Self {
             q: zeros(system.coordinates()),
             v: zeros(n),
             after: zeros(n),
+            theta: vec![theta; n],
             times: zeros(n),
         })
+    }
+
+    /// s ← the way ahead of q_m with velocities v in a step of length h.
+    pub(super) fn ahead(&self, h: T, v: &[T], s: &mut [T]) {
+        for (s, (&v, &theta)) in s.iter_mut().zip(v.iter().zip(&self.theta)) {
+            *s = theta * h * v;
+        }
+    }
+
+    fn set_times(&mut self, share: impl Fn(T) -> T) {
+        self.times.iter_mut().zip(&self.theta).for_each(|(time, &theta)| *time = share(theta));
+    }
+
+    /// The degrees of freedom with another θ than that of the scene.
+    pub(super) fn mark(&self, theta: T) -> Vec<u64> {
+        let other = self.theta.iter().enumerate().filter(|&(_, &of)| of != theta);
+        other.map(|(dof, _)| dof as u64).collect()
+    }
+
+    /// Goes to a mark, whose degrees of freedom take θ of rest; whether it is one of this scene.
+    pub(super) fn restore(&mut self, mark: &[u64], theta: T, rest: T) -> Option<()> {
+        self.theta.fill(theta);
+        for &dof in mark {
+            *self.theta.get_mut(usize::try_from(dof).ok()?)? = rest;
+        }
+        Some(())
     }
 }
 
 impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
     /// (q, v) ← A((1−θ)h)(q_k, v_k).
     pub(super) fn take_off(&mut self) {
-        let Self { settings: Settings { theta, step: h, .. }, state, flight, .. } = self;
-        let Some(Flight { q, v, times, .. }) = flight else { return };
-        q.copy_from_slice(&state.q);
-        v.copy_from_slice(&state.v);
-        times.fill((T::one() - *theta) * *h);
+        let Self { settings: Settings { step: h, .. }, state, flight, .. } = self;
+        let Some(flight) = flight else { return };
+        flight.q.copy_from_slice(&state.q);
+        flight.v.copy_from_slice(&state.v);
+        flight.set_times(|theta| (T::one() - theta) * *h);
         self.fly();
     }
 
@@ -70,14 +99,19 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         system.mass().multiply(&state.v, &mut next.momentum[0]);
     }
 
-    /// Flies again where islands have another θ than the scene, and takes their contacts as they are there.
+    /// Flies again where islands have another θ than that of the last step, and takes their contacts as they are there.
     pub(super) fn fly_again(&mut self) {
-        let Self { settings: Settings { step: h, .. }, state, flight, lasting, .. } = self;
-        let Some(Flight { q, v, times, .. }) = flight else { return };
-        let Some(thetas) = lasting.as_ref().and_then(Lasting::theta) else { return };
-        times.iter_mut().zip(thetas).for_each(|(time, &theta)| *time = (T::one() - theta) * *h);
-        state.q.copy_from_slice(q);
-        state.v.copy_from_slice(v);
+        let Self { settings: Settings { theta, step: h, .. }, state, flight, lasting, .. } = self;
+        let Some(flight) = flight else { return };
+        let thetas = lasting.as_ref().and_then(Lasting::theta);
+        let now = |dof: usize| thetas.map_or(*theta, |thetas| thetas[dof]);
+        if flight.theta.iter().enumerate().all(|(dof, &guess)| guess == now(dof)) {
+            return;
+        }
+        flight.theta.iter_mut().enumerate().for_each(|(dof, theta)| *theta = now(dof));
+        flight.set_times(|theta| (T::one() - theta) * *h);
+        state.q.copy_from_slice(&flight.q);
+        state.v.copy_from_slice(&flight.v);
         self.fly();
         let Self { system, state, next, active: ActiveSet { jacobian, .. }, .. } = self;
         jacobian.clear();
@@ -99,13 +133,10 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
 
     /// q_{k+1} and v_{k+1} of the velocities before and after the contacts.
     pub(super) fn land(&mut self) {
-        let Self { system, settings: Settings { theta, step: h, .. }, state, next, flight, lasting, .. } =
-            self;
-        let Some(Flight { q, times, after, .. }) = flight else { return };
-        match lasting.as_ref().and_then(Lasting::theta) {
-            None => times.fill(*theta * *h),
-            Some(thetas) => times.iter_mut().zip(thetas).for_each(|(time, &theta)| *time = theta * *h),
-        }
+        let Self { system, settings: Settings { step: h, .. }, state, next, flight, .. } = self;
+        let Some(flight) = flight else { return };
+        flight.set_times(|theta| theta * *h);
+        let Flight { q, times, after, .. } = flight;
         next.q.copy_from_slice(&state.q);
         after.copy_from_slice(&next.v);
         // h v_{k+θ} stands in `scratch`.

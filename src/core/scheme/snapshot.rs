@@ -7,7 +7,7 @@ use super::lasting::{Lasting, LastingMark};
 use super::memory::MemoryMark;
 use super::nonlinear::Nonlinear;
 use super::rest::{Rest, RestMark};
-use super::{ContactStep, ThetaScheme};
+use super::{ContactStep, Settings, ThetaScheme};
 use crate::contact::ContactId;
 use crate::scalar::{Scalar, all_finite, lit, to_f64};
 
@@ -31,6 +31,9 @@ pub struct Snapshot {
     lasting: Option<LastingMark>,
     #[cfg_attr(feature = "outputs", serde(default))]
     memories: MemoryMark,
+    /// Degrees of freedom that fly with θ of rest.
+    #[cfg_attr(feature = "outputs", serde(default))]
+    resting: Vec<u64>,
 }
 
 /// A snapshot that is not one of this scheme.
@@ -66,6 +69,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             rest: self.rest.as_ref().map(Rest::mark),
             lasting: self.lasting.as_ref().map(Lasting::mark),
             memories: self.memories.mark(),
+            resting: self.flight.as_ref().map(|flight| flight.mark(self.settings.theta)).unwrap_or_default(),
         }
     }
 
@@ -101,6 +105,12 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             && lasting.restore(mark).is_none()
         {
             return refuse("its lasting contacts are others");
+        }
+        let Settings { theta, theta_rest, .. } = self.settings;
+        if let Some(flight) = &mut self.flight
+            && flight.restore(&snapshot.resting, theta, theta_rest).is_none()
+        {
+            return refuse("its bodies at rest are others");
         }
         if self.memories.restore(&snapshot.memories).is_none() {
             return refuse("its laws remember something else");

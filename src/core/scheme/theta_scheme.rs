@@ -112,7 +112,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             cones: Cones::new(n, matrix.free, arms),
             warm: WarmStart::new(settings.step),
             equations: Equations { joints, nonlinear, passes: 0, left_over: T::zero(), scales },
-            flight: Flight::new(&*system),
+            flight: Flight::new(&*system, settings.theta),
             system,
             laws,
             solver,

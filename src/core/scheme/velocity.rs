@@ -59,8 +59,7 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
         }
         let span = Span::of(settings, state, flight.as_ref(), lasting.as_ref());
         if self.equations.passes == 0 {
-            let time = (state.time, settings.step);
-            joints.start(&**system, span.q, &next.v, time, self.equations.scales.length);
+            joints.start(&**system, &span, &next.v, state.time, self.equations.scales.length);
         }
         let contacts = !next.contacts.is_empty();
         if let Err(row) = joints.bind(&**system, span, contacts, factor, &mut next.v_free) {

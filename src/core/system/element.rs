@@ -6,10 +6,16 @@ use super::rigid_bodies::check;
 use super::{RowLaw, Signal, SystemError};
 use crate::scalar::{Scalar, lit};
 
+/// The part of an error of place that a step takes back: at ¼ an error dies out without swinging for θ from ½ to 1.
+const TAKEN_BACK: f64 = 0.25;
+
 /// A coordinate x(q) of bodies relative to each other (m or rad).
 pub(super) trait Coordinate<T>: Debug {
     /// x(q).
     fn value(&self, q: &[T]) -> T;
+
+    /// How far one value is from another; of angles, the short way.
+    fn difference(&self, from: T, to: T) -> T;
 
     /// Calls `push(j, Ḡ_j)` for every degree of freedom j that moves it, with x(q ⊕ s) − x(q) = Ḡ(q, s) s.
     fn row(&self, q: &[T], s: &[T], push: impl FnMut(usize, T));
@@ -32,8 +38,8 @@ pub(super) enum Acts<T> {
     Springs { stiffness: T, damping: T, rest: T },
     /// A speed times a signal, with at most a force.
     Drives { speed: T, signal: Signal<T>, most: Option<T> },
-    /// Displacements, each times a signal, whatever force it takes.
-    Moves { parts: Vec<(T, Signal<T>)> },
+    /// Displacements from a value, each times a signal, whatever force it takes.
+    Moves { from: T, parts: Vec<(T, Signal<T>)> },
     /// A force times a signal.
     Pushes { force: T, signal: Signal<T> },
     /// Dry friction of at most a force.
@@ -112,10 +118,18 @@ impl<T: Scalar, M: Coordinate<T>> Element<T, M> {
             Acts::Drives { speed, signal, most } => {
                 RowLaw::Driven { rate: *speed * mean(signal), most: *most }
             }
-            Acts::Moves { parts } => {
-                let moved = |(by, signal): &(T, Signal<T>)| *by * (signal.at(time + step) - signal.at(time));
-                let way = parts.iter().fold(T::zero(), |sum, part| sum + moved(part));
-                RowLaw::Driven { rate: way / step, most: None }
+            Acts::Moves { from, parts } => {
+                let half = lit::<T>(0.5);
+                let at = |steps: f64| {
+                    let time = time + step * lit::<T>(steps);
+                    parts.iter().fold(T::zero(), |sum, (by, signal)| sum + *by * signal.at(time))
+                };
+                // As prescribed displacements have them for θ = ½, which neither drift nor swing where signals bend; a part of
+                // what other θ have left is taken back.
+                let place = *from + (at(-0.5) + at(0.5)) * half;
+                let left = self.measure.difference(self.measure.value(q), place);
+                let rate = (at(1.5) - at(0.5) + left * lit::<T>(TAKEN_BACK)) / step;
+                RowLaw::Driven { rate, most: None }
             }
             Acts::Pushes { force, signal } => RowLaw::Given { force: *force * mean(signal) },
             &Acts::Rubs { most } => RowLaw::Driven { rate: T::zero(), most: Some(most) },

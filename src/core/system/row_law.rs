@@ -1,5 +1,7 @@
 //! What holds a row of the joints.
 
+use crate::scalar::Scalar;
+
 /// What holds a row φ of the [joints](super::Joints) over a step of length h, with Δ = φ(q_{k+1}) − φ(q_k) and the percussion λ
 /// that acts along Ḡᵀ.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,8 +18,9 @@ pub enum RowLaw<T> {
         /// x, how far the spring is stretched at the start of the step (m or rad).
         stretch: T,
     },
-    /// Δ = h · rate as long as |λ| ≤ h · most, else |λ| = h · most against the motion relative to the rate: a motor, or dry
-    /// friction where the rate is 0.
+    /// A motor: the coordinate has the speed `rate` at the end of the step, Δ = h ((1−θ) ẋ_k + θ rate), as long as
+    /// |λ| ≤ h · most, else |λ| = h · most against the motion relative to the rate. Dry friction where the rate is 0 and `most`
+    /// is given: Δ = 0, which dissipates for any θ.
     Driven {
         /// Speed (m/s or rad/s).
         rate: T,
@@ -29,4 +32,15 @@ pub enum RowLaw<T> {
         /// Force (N or N m).
         force: T,
     },
+}
+
+impl<T: Scalar> RowLaw<T> {
+    /// The mean speed Δ/h that a driven row asks for, from its speed at the start of the step; `None` for other rows.
+    pub(crate) fn way(&self, start: T, theta: T) -> Option<T> {
+        match *self {
+            Self::Driven { rate, most: Some(_) } if rate == T::zero() => Some(rate),
+            Self::Driven { rate, .. } => Some((T::one() - theta) * start + theta * rate),
+            _ => None,
+        }
+    }
 }

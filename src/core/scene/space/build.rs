@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{Unit, UnitQuaternion, Vector3};
 
 use super::joints::Ids;
 use super::shape::pose;
-use super::{ShapeSpec, SpaceBodySpec, SpaceObstacleSpec, SpaceSpec};
+use super::{ShapeSpec, SpaceBodySpec, SpaceMotionSpec, SpaceObstacleSpec, SpaceSpec};
 use crate::geometry::{Compound, Part, Pose, Principal};
 use crate::registry::Registry;
 use crate::scalar::{Scalar, lit};
@@ -99,12 +99,18 @@ impl SpaceObstacleSpec {
         let (at, turn) = (frame.position(), frame.orientation());
         q.extend([at.x, at.y, at.z, turn.w, turn.i, turn.j, turn.k]);
         let step = scene.time.step;
-        let rate = |signal: &Signal<f64>| (signal.at(0.5 * step) - signal.at(-0.5 * step)) / step;
+        // Means and differences over the step around the start, as in the steps that follow.
+        let (mut shift, mut angle) = ([0.0; 3], 0.0);
         let (mut velocity, mut speed) = ([0.0; 3], 0.0);
-        for motion in &self.motion {
-            let rate = rate(&motion.signal);
-            (0..3).for_each(|k| velocity[k] += motion.displacement[k] * rate);
-            speed += motion.angle * rate;
+        for SpaceMotionSpec { displacement, angle: by, signal } in &self.motion {
+            let [before, after] = [-0.5, 0.5].map(|steps| signal.at(steps * step));
+            let (mean, rate) = (0.5 * (before + after), (after - before) / step);
+            for k in 0..3 {
+                shift[k] += displacement[k] * mean;
+                velocity[k] += displacement[k] * rate;
+            }
+            angle += by * mean;
+            speed += by * rate;
         }
         // The spin that makes the angle of a step, as q ⊕ s turns by 2 atan(|s|/2).
         let half = 0.5 * step * speed;
@@ -123,6 +129,12 @@ impl SpaceObstacleSpec {
         let turning = self.motion.iter().filter(|motion| motion.angle != 0.0);
         let angles: Vec<_> = turning.map(|motion| (lit(motion.angle), motion.signal.cast())).collect();
         builder.told(body, (&displacements, axis.map(lit), &angles), q)?;
+        let place = q.len() - 7;
+        (0..3).for_each(|k| q[place + k] += lit::<T>(shift[k]));
+        if let Some(axis) = Unit::try_new(Vector3::from(axis.map(lit::<T>)), T::zero()) {
+            let turn = UnitQuaternion::from_axis_angle(&axis, lit(angle)) * turn;
+            q[place + 3..].copy_from_slice(&[turn.w, turn.i, turn.j, turn.k]);
+        }
         Ok(Some(body))
     }
 }

@@ -24,7 +24,7 @@
 
 use nalgebra::SVector;
 
-use super::{Bilateral, ROUNDING};
+use super::{Bilateral, ROUNDING, Span};
 use crate::linalg::BlockRows;
 use crate::scalar::{Scalar, epsilon, lit};
 use crate::scheme::no_joints::joints_of;
@@ -102,7 +102,14 @@ impl<T: Scalar> Laws<T> {
 impl<T: Scalar> Bilateral<T> {
     /// The laws of the step of length `step` from q at `time` with the velocity `v`, and the multipliers of rows that are given
     /// or slide.
-    pub(super) fn set_laws(&mut self, system: &dyn Dynamics<T>, q: &[T], v: &[T], (time, step): (T, T)) {
+    pub(super) fn set_laws(
+        &mut self,
+        system: &dyn Dynamics<T>,
+        span: &Span<'_, T, impl Fn(usize) -> T>,
+        v: &[T],
+        time: T,
+    ) {
+        let (q, step) = (span.q, span.step);
         if !self.laws.any {
             return;
         }
@@ -124,10 +131,12 @@ impl<T: Scalar> Bilateral<T> {
                     *drift = compliance * pull * stretch;
                 }
                 RowLaw::Driven { rate, most } => {
-                    *drift = -(step * rate);
+                    let start = end_rows.velocity(row, v)[0];
+                    let theta = (span.theta)(end_rows.row(row).next().map_or(0, |(dof, _)| dof));
+                    *drift = -(step * law.way(start, theta).unwrap_or(rate));
                     laws.most[row] = most.map(|most| step * most);
                     if let Some(most) = laws.most[row] {
-                        let by = end_rows.velocity(row, v)[0] - rate;
+                        let by = start - rate;
                         laws.active[row] = !(nalgebra::ComplexField::abs(by) > slides);
                         if !laws.active[row] {
                             accepted.multipliers[row] = if by > T::zero() { -most } else { most };

@@ -187,15 +187,16 @@ impl<T: Scalar> Bilateral<T> {
         self.count == 0
     }
 
-    /// The first iterate of a step of length `step` from q at `time`: the velocity `v`, no percussions.
+    /// The first iterate of a step that starts at `time`: the velocity `v`, no percussions.
     pub(super) fn start(
         &mut self,
         system: &dyn Dynamics<T>,
-        q: &[T],
+        span: &Span<'_, T, impl Fn(usize) -> T>,
         v: &[T],
-        (time, step): (T, T),
+        time: T,
         length: T,
     ) {
+        let q = span.q;
         let least = lit::<T>(ROUNDING) * epsilon::<T>() * nalgebra::RealField::max(length, max_abs(q));
         self.allowed = self.tolerance.map_or(least, |given| nalgebra::RealField::max(given, least));
         // Half of what is allowed is left alone: to correct rounding would be work of the joints.
@@ -216,7 +217,7 @@ impl<T: Scalar> Bilateral<T> {
         self.accepted.impulse.fill(T::zero());
         self.percussions.forget();
         self.has_good = false;
-        self.set_laws(system, q, v, (time, step));
+        self.set_laws(system, span, v, time);
     }
 
     /// Takes the free velocity without joints to the one of this pass, with them: Newton's method under the percussions of

@@ -50,6 +50,10 @@ impl<T: Scalar> Coordinate<T> for Measure<T> {
         }
     }
 
+    fn difference(&self, from: T, to: T) -> T {
+        to - from
+    }
+
     fn row(&self, q: &[T], s: &[T], mut push: impl FnMut(usize, T)) {
         let [a, b] = self.sides();
         if let Self::Angle(..) = self {

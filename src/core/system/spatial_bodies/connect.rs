@@ -321,7 +321,7 @@ impl<T: Scalar> SpatialBodiesBuilder<T> {
         Ok(interface)
     }
 
-    /// Moves a body as told from where it stands in configuration `q`: by the displacements (m) along the fixed axes, each times
+    /// Moves a body as told from where it would stand without its motion, in configuration `q`: by the displacements (m) along the fixed axes, each times
     /// its signal, and about the axis through its centre, of any length, by the angles (rad) times their signals. Its reactions
     /// work in the balance as those of motors do, and its mass counts in the kinetic energy alone.
     ///
@@ -349,7 +349,9 @@ impl<T: Scalar> SpatialBodiesBuilder<T> {
         for axis in 0..3 {
             let of = |(by, signal): &([T; 3], Signal<T>)| (by[axis], signal.clone());
             let parts = displacements.iter().map(of).filter(|(by, _)| *by != T::zero()).collect();
-            self.act(&label, sides, Kind::Offset(axis), Acts::Moves { parts });
+            let kind = Kind::Offset(axis);
+            let from = Relation { sides, kind }.value(q);
+            self.act(&label, sides, kind, Acts::Moves { from, parts });
         }
         if angles.is_empty() {
             self.hold_orientation(&label, &ends, sides);
@@ -359,7 +361,7 @@ impl<T: Scalar> SpatialBodiesBuilder<T> {
         let ([along, ..], [_, one, two]) = (ends.axes(0, &axis), ends.axes(1, &axis));
         self.hold(&label, sides, [Kind::Product(along, one), Kind::Product(along, two)]);
         let turns = self.angle(&label, bodies, axis.into(), q)?;
-        self.along(&label, turns, Acts::Moves { parts: angles.to_vec() });
+        self.along(&label, turns, Acts::Moves { from: T::zero(), parts: angles.to_vec() });
         Ok(())
     }
 }

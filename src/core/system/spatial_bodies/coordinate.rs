@@ -194,16 +194,9 @@ fn angle<T: Scalar>(of: &Vector3<T>, turn: &Matrix3<T>, zero: &Vector3<T>, quart
     nalgebra::RealField::atan2(at(quarter), at(zero))
 }
 
-/// An angle brought into (−π, π].
+/// An angle brought into [−π, π].
 fn wrapped<T: Scalar>(angle: T) -> T {
-    let pi = T::pi();
-    if angle > pi {
-        angle - T::two_pi()
-    } else if angle <= -pi {
-        angle + T::two_pi()
-    } else {
-        angle
-    }
+    angle - T::two_pi() * nalgebra::ComplexField::round(angle / T::two_pi())
 }
 
 impl<T: Scalar> Coordinate<T> for Relation<T> {
@@ -219,6 +212,13 @@ impl<T: Scalar> Coordinate<T> for Relation<T> {
                 let of = a.turn(of);
                 nalgebra::RealField::atan2(of.dot(&b.turn(quarter)), of.dot(&b.turn(zero)))
             }
+        }
+    }
+
+    fn difference(&self, from: T, to: T) -> T {
+        match self.kind {
+            Kind::Angle { .. } => wrapped(to - from),
+            _ => to - from,
         }
     }
 
