@@ -15,10 +15,12 @@ use crate::geometry::polyhedron::Polyhedron;
 use crate::geometry::real::{abs, direction, infinity, max, min};
 use crate::geometry::shape::Kind;
 use crate::geometry::terrain::{Ridge, Terrain};
-use crate::scalar::{Scalar, lit};
+use crate::scalar::{Scalar, epsilon, lit};
 
 /// Sine of the angle that a normal may lie outside of a cone, for rounding.
-const ASIDE: f64 = 1e-9;
+fn aside<T: Scalar>() -> T {
+    max(lit::<T>(1e-9), lit::<T>(16.0) * epsilon::<T>())
+}
 
 /// Memory of a search.
 #[derive(Debug, Clone, Default)]
@@ -77,10 +79,10 @@ fn push<T: Scalar>(pair: &Pair<'_, T>, meeting: Meeting, reach: T, start: usize,
     let before = out.len();
     pair.push(meeting, reach, out);
     let Some(made) = out.get(before).copied() else { return };
-    let near = lit::<T>(ASIDE) * (made.arms[1].norm() + abs(made.gap));
+    let near = aside::<T>() * (made.arms[1].norm() + abs(made.gap));
     let is_one = |known: &Contact<T>| {
         (known.arms[1] - made.arms[1]).norm() <= near
-            && (known.normal - made.normal).norm() <= lit(ASIDE)
+            && (known.normal - made.normal).norm() <= aside()
             && abs(known.gap - made.gap) <= near
     };
     if out[start..before].iter().any(is_one) {
@@ -194,7 +196,7 @@ fn of_axis<T: Scalar>(
         let side = ridge.ends.map(|v| terrain.points[v as usize]);
         let ([s, t], _) = segments(side, *ends);
         let away = ends[0] + axis * t - (side[0] + (side[1] - side[0]) * s);
-        if inside(s) && inside(t) && terrain.leaves_ridge(ridge, &away, lit::<T>(ASIDE) * away.norm()) {
+        if inside(s) && inside(t) && terrain.leaves_ridge(ridge, &away, aside::<T>() * away.norm()) {
             let meeting =
                 Meeting { first: Feature::Edge(r), second: Feature::Edge(0), carrier: Carrier::Line };
             push(pair, meeting, reach, start, out);
@@ -247,7 +249,7 @@ fn of_hull<T: Scalar>(
             }
         }
     }
-    let slack = lit::<T>(ASIDE);
+    let slack = aside::<T>();
     let size = hull.radius();
     for &v in &near.corners {
         let p = pair.bt.turn_back(&(pair.at.turn(&terrain.points[v as usize]) - pair.between));

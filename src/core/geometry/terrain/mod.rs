@@ -12,7 +12,7 @@ use super::error::HullError;
 use super::feature::Meeting;
 use super::real::{abs, direction, max};
 use super::surface::{Surface, SurfaceError};
-use crate::scalar::{Scalar, all_finite, lit, to_f64};
+use crate::scalar::{Scalar, all_finite, epsilon, lit, to_f64};
 
 /// Absent neighbour.
 const NONE: u32 = u32::MAX;
@@ -60,7 +60,7 @@ pub struct Terrain<T: Scalar> {
 }
 
 impl<T: Scalar> Terrain<T> {
-    /// Planes that differ by less are one, in the extent.
+    /// Planes that differ by less are one, in the extent; 64 ε of the arithmetic where that is more.
     pub const TOLERANCE: f64 = 1e-9;
 
     /// A height field: `rows` of heights (m) over points `cell` (m) apart along x in a row, and along y from row to row; the
@@ -125,7 +125,8 @@ impl<T: Scalar> Terrain<T> {
         for x in &points {
             box_of = Bounds { low: box_of.low.inf(x), high: box_of.high.sup(x) };
         }
-        let tolerance = (box_of.high - box_of.low).norm() * lit::<T>(Self::TOLERANCE);
+        let share = max(lit::<T>(Self::TOLERANCE), lit::<T>(64.0) * epsilon::<T>());
+        let tolerance = (box_of.high - box_of.low).norm() * share;
         let corners = |t: usize| triangles[t].map(|v| points[v as usize]);
         let mut normals = Vec::with_capacity(triangles.len());
         for t in 0..triangles.len() {
