@@ -9,6 +9,76 @@ use nonsmooth::scalar::{Scalar, lit};
 use nonsmooth::scene::{PlannedRun, ScalarName, Scene, build, contact_dimension, event_driven};
 use proptest::prelude::*;
 
+/// Every shape, densities, masses and inertias, turns, copies, half-spaces, hulls, height fields.
+const ALL_IN_SPACE: &str = "\
+title = \"all\"
+laws = [\"newton\"]
+gravity = [0.0, 0.0, -9.81]
+[time]
+step = 1e-3
+end = 0.1
+[[bodies]]
+name = \"box\"
+density = 1000.0
+position = [0.0, 0.0, 0.21]
+orientation = [1.0, 0.1, 0.0, 0.0]
+spin = [1.0, 2.0, 3.0]
+shapes = [{ box = [0.4, 0.3, 0.2] }, { ball = 0.05, position = [0.1, 0.0, 0.1] }]
+[[bodies]]
+name = \"stone\"
+mass = 2.0
+position = [0.0, 0.6, 0.21]
+velocity = [0.0, 0.0, -1.0]
+[[bodies.shapes]]
+hull = [[0.1, 0.0, 0.0], [-0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, -0.1, 0.0], [0.0, 0.0, 0.1], [0.0, 0.0, -0.1]]
+orientation = [0.5, 0.5, 0.5, 0.5]
+[[bodies]]
+name = \"top\"
+mass = 0.5
+inertia = [0.01, 0.01, 0.015]
+position = [0.5, 0.0, 0.11]
+torque = [0.0, 0.1, 0.0]
+loads = [{ force = [1.0, 0.0, 0.0], signal = { sine = { frequency = 3.0 } } }]
+shapes = [{ capsule = [0.1, 0.3] }]
+[[bodies]]
+name = \"copy\"
+density = 500.0
+position = [-0.8, -0.4, 0.1]
+shapes = [{ cylinder = [0.1, 0.2] }, { cone = [0.1, 0.2], position = [0.0, 0.0, 0.15] }]
+repeat = { count = [2, 1, 2], spacing = [0.3, 0.3, 0.4], jitter = 0.01, turn = 0.1, seed = 7 }
+[[half_spaces]]
+name = \"floor\"
+point = [0.0, 0.0, 0.0]
+normal = [0.0, 0.0, 1.0]
+[[obstacles]]
+name = \"ground\"
+position = [-1.0, -1.0, 0.0]
+orientation = [1.0, 0.0, 0.0, 0.0]
+shapes = [{ heights = { rows = [[0.0, 0.1, 0.0], [0.1, 0.0, 0.1], [0.0, 0.1, 0.0]], cell = [1.0, 1.0], origin = [0.0, 0.0] } }]
+[[interfaces]]
+between = [\"box\", \"floor\"]
+parameters = { restitution = 0.5, friction = 0.4 }
+[[interfaces]]
+between = [\"top\", \"ground\"]
+parameters = { restitution = 0.0, friction = 0.4 }
+[[interfaces]]
+between = [\"stone\", \"ground\"]
+parameters = { restitution = 0.0, friction = 0.4 }
+[[interfaces]]
+between = [\"copy\", \"ground\"]
+parameters = { restitution = 0.0, friction = 0.4 }
+[[interfaces]]
+between = [\"copy\", \"copy\"]
+parameters = { restitution = 0.0, friction = 0.4 }
+";
+
+const SPACE: [&str; 4] = [
+    ALL_IN_SPACE,
+    include_str!("../examples/tippe_top.toml"),
+    include_str!("../examples/cube_stack.toml"),
+    include_str!("../examples/dominoes.toml"),
+];
+
 /// Discs and polygons, loads, joints, elastic bodies, error control.
 const SCENES: [&str; 7] = [
     include_str!("../examples/impacting_stick.toml"),
@@ -196,6 +266,10 @@ fn read(text: &str) -> String {
         Err(error) => return error.to_string(),
         Ok(dimension) => {
             follow(&scene, dimension);
+            if dimension == 3 {
+                told = attempt::<f64, 3>(&scene);
+                return if told.is_empty() { attempt::<f32, 3>(&scene) } else { told };
+            }
             for scalar in [ScalarName::F64, ScalarName::F32] {
                 scene.scalar = scalar;
                 told = match (scalar, dimension) {
@@ -221,6 +295,18 @@ proptest! {
         let text = damages.iter().fold(scene(which), |text, d| damage(&text, d));
         read(&text);
     }
+
+    #[test]
+    fn damaged_scenes_in_space_never_panic(
+        which in prop_oneof![3 => Just(0), 1 => 1..SPACE.len()],
+        damages in proptest::collection::vec(damages(), 1..4),
+    ) {
+        let text = damages.iter().fold(SPACE[which].to_string(), |text, d| damage(&text, d));
+        let begun = std::time::Instant::now();
+        read(&text);
+        // Built for tests, and beside others.
+        prop_assert!(begun.elapsed().as_secs() < 60, "{:?}", begun.elapsed());
+    }
 }
 
 #[test]
@@ -230,6 +316,10 @@ fn the_undamaged_scenes_run() {
     }
     for which in 0..SCENES.len() {
         assert_eq!(read(&scene(which)), "");
+    }
+    for (which, text) in SPACE.iter().enumerate() {
+        let told = read(text);
+        assert!(told.is_empty() || told.contains("in space"), "{which}: {told}");
     }
 }
 

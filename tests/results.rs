@@ -152,6 +152,35 @@ fn frames_of_a_longer_run_do_not_stay_behind_those_of_a_shorter() {
 }
 
 #[test]
+#[cfg(feature = "vtk")]
+fn rigid_bodies_leave_frames_of_their_surfaces_and_contacts() {
+    let bench = Bench::new();
+    let plane = ball(0.1, 0.0, "step = 1e-2\nend = 0.1").replace("[time]", "[output]\nvtk_every = 5\n[time]");
+    let space = include_str!("../examples/cube_stack.toml").replace("[output]", "[output]\nvtk_every = 5");
+    for (scene, names) in [(plane, ["ball.rim", "floor"]), (space, ["cube.3.1", "floor"])] {
+        bench.summary(&scene, &["--no-figures", "--end", "0.1"]);
+        for (name, tuples) in [("newton", "\"spin\""), ("newton_contacts", "\"percussion\"")] {
+            let list = fs::read_to_string(bench.results().join(format!("{name}.pvd"))).expect("a list");
+            let frames: Vec<&str> =
+                list.split("file=\"").skip(1).map(|rest| rest.split('"').next().expect("a name")).collect();
+            assert!(frames.len() >= 3, "{list}");
+            assert!(name != "newton" || names.iter().all(|name| list.contains(name)), "{list}");
+            for frame in frames {
+                let text = fs::read_to_string(bench.results().join(frame)).expect("a frame");
+                assert!(text.contains(tuples) && text.contains("NumberOfPoints="), "{frame}");
+                assert_eq!(
+                    name != "newton" && frame.contains("_00000"),
+                    text.contains("NumberOfPoints=\"0\"")
+                );
+            }
+        }
+    }
+    let without = ball(0.1, 0.0, "step = 1e-2\nend = 0.1");
+    bench.summary(&without, &["--no-figures"]);
+    assert!(bench.files().iter().all(|name| !name.ends_with(".vtu") && !name.ends_with(".pvd")));
+}
+
+#[test]
 #[cfg(feature = "fclib")]
 fn a_problem_that_no_solver_solves_is_kept_where_asked() {
     let bench = Bench::new();

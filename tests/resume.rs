@@ -53,7 +53,20 @@ fn text(path: &Path) -> &str {
 /// Kills a run of `scene` several times, resumes it, and compares what it leaves with an undisturbed run, file by
 /// file, byte by byte.
 fn survives(name: &str, scene: &str, options: &[&str], every: &str, files: &[&str]) {
+    survives_beside(name, scene, |_| (), options, every, files);
+}
+
+/// The same, of a scene with other files beside it, which `prepare` writes.
+fn survives_beside(
+    name: &str,
+    scene: &str,
+    prepare: impl FnOnce(&Path),
+    options: &[&str],
+    every: &str,
+    files: &[&str],
+) {
     let folder = fresh(name);
+    prepare(&folder);
     let path = folder.join("scene.toml");
     std::fs::write(&path, scene).expect("a scene");
     let (whole, killed) = (folder.join("whole"), folder.join("killed"));
@@ -137,6 +150,48 @@ fn an_elastic_scene_survives_kills() {
     let files =
         [&TABLES[..], &["fremond.pvd", "newton/newton_00007.vtu", "fremond/fremond_00020.vtu"]].concat();
     survives("block", &block, &["--end", "0.25"], "150", &files);
+}
+
+/// A scene whose bodies stand in a file of their own, with frames.
+#[cfg(feature = "vtk")]
+const STACK: &str = "include = \"bodies/stack.toml\"\ntitle = \"Stack\"\n[output]\nvtk_every = 100\n";
+
+#[cfg(feature = "vtk")]
+fn stack(folder: &Path) {
+    std::fs::create_dir_all(folder.join("bodies")).expect("a folder");
+    let path = folder.join("bodies/stack.toml");
+    std::fs::write(path, include_str!("../examples/cube_stack.toml")).expect("a scene");
+}
+
+#[test]
+#[cfg(feature = "vtk")]
+fn frames_of_bodies_in_space_survive_kills() {
+    let frames = ["newton.pvd", "newton_contacts.pvd", "newton/newton_00007.vtu"];
+    let contacts =
+        ["newton_contacts/newton_contacts_00002.vtu", "fremond_contacts/fremond_contacts_00012.vtu"];
+    let files = [&TABLES[..], &frames, &contacts].concat();
+    survives_beside("stack", STACK, stack, &["--step", "5e-4"], "50", &files);
+}
+
+#[test]
+#[cfg(feature = "vtk")]
+fn a_changed_included_file_is_another_scene() {
+    let folder = fresh("included");
+    stack(&folder);
+    let path = folder.join("scene.toml");
+    std::fs::write(&path, STACK).expect("a scene");
+    let out = folder.join("out");
+    let start =
+        ["run", text(&path), "--no-figures", "--step", "1e-4", "--out", text(&out), "--checkpoint", "50"];
+    assert!(kill_after_checkpoint(&start, &out, None, Duration::ZERO), "killed in the middle");
+    let changed =
+        include_str!("../examples/cube_stack.toml").replace("[0.0, 0.0, 0.05]", "[0.0, 0.0, 0.051]");
+    assert_ne!(changed, include_str!("../examples/cube_stack.toml"));
+    std::fs::write(folder.join("bodies/stack.toml"), changed).expect("a scene");
+    let resume = ["run", text(&path), "--no-figures", "--step", "1e-4", "--resume", text(&out)];
+    let output = nonsmooth().args(resume).output().expect("the program starts");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("another scene"), "the reason is given");
 }
 
 #[test]

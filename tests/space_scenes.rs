@@ -172,6 +172,21 @@ fn what_is_wrong_in_a_scene_in_space_is_said_by_name() {
             "position = [0.0, 0.0, 0.1]\norientation = [0.0, 0.0, 0.0, 0.0]",
             "length 0",
         ),
+        (
+            shape,
+            "shapes = [{ heights = { rows = [[0.0, 0.0], [0.0, 0.0]], cell = [1.0, 1.0] } }]",
+            "a terrain has no finite volume",
+        ),
+        (
+            shape,
+            "shapes = [{ ball = 0.1 }]\nrepeat = { count = [2, 1, 1], spacing = [nan, 0.0, 0.0] }",
+            "not finite",
+        ),
+        (
+            shape,
+            "shapes = [{ ball = 0.1 }]\nrepeat = { count = [2, 1, 1], spacing = [1.0, 0.0, 0.0], turn = inf }",
+            "not finite",
+        ),
         ("position = [0.0, 0.0, 0.1]", "position = [0.0, nan, 0.1]", "not finite"),
         ("position = [0.0, 0.0, 0.1]", "position = [0.0, 0.0, 0.1]\nspin = [inf, 0.0, 0.0]", "spin of `box`"),
         ("normal = [0.0, 0.0, 1.0]", "normal = [0.0, 0.0, 0.0]", "normal of `floor`"),
@@ -190,6 +205,25 @@ fn what_is_wrong_in_a_scene_in_space_is_said_by_name() {
     let planar = "title = \"x\"\ndimension = 4\nlaws = [\"newton\"]\n[time]\nstep = 1e-3\nend = 1.0\n";
     let error = run(planar, 1).expect_err("four dimensions").to_string();
     assert!(error.contains("dimension"), "{error}");
+}
+
+#[test]
+fn a_grain_stands_on_a_body_a_million_times_as_large() {
+    let ground = "[[obstacles]]\nname = \"floor\"\nposition = [0.0, 0.0, -500.0]\nshapes = [{ box = [1000.0, 1000.0, 1000.0] }]\n";
+    let half = BOX.find("[[half_spaces]]").expect("a floor");
+    let rest = BOX.find("[[interfaces]]").expect("an interface");
+    let text = [&BOX[..half], ground, &BOX[rest..]].concat();
+    for (shape, height) in
+        [("ball = 5e-4", 5e-4), ("box = [1e-3, 1e-3, 1e-3]", 5e-4), ("capsule = [5e-4, 1e-3]", 1e-3)]
+    {
+        let text = text
+            .replace("box = [0.4, 0.3, 0.2]", shape)
+            .replace("position = [0.0, 0.0, 0.1]", &format!("position = [3.0, 2.0, {height:e}]"))
+            .replace("step = 1e-3", "step = 1e-4");
+        for q in run(&text, 200).expect("a scene") {
+            assert!((q[2] - height).abs() <= 1e-9 * height.max(1e-3), "{shape}: {q:?}");
+        }
+    }
 }
 
 /// An octahedron of radius `r` as OBJ, or with one face turned inside out.
@@ -271,7 +305,9 @@ fn error_control_refuses_bodies_in_space_by_name() {
 
 #[test]
 fn the_examples_in_space_run_as_they_stand() {
-    for (name, steps) in [("tippe_top", 300), ("cube_stack", 150), ("poured_balls", 20), ("dominoes", 100)] {
+    for (name, steps) in
+        [("tippe_top", 300), ("cube_stack", 150), ("poured_balls", 20), ("dominoes", 100), ("hills", 20)]
+    {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("examples/{name}.toml"));
         let text = std::fs::read_to_string(path).expect("an example");
         let reached = run(&text, steps).unwrap_or_else(|error| panic!("{name}: {error}"));

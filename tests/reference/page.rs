@@ -5,13 +5,14 @@ use std::fmt::Write as _;
 use super::source::{Field, Item, attribute, item, renamed, text, value_of};
 
 /// Where the types of scene files are.
-const FILES: [&str; 16] = [
+const FILES: [&str; 17] = [
     "src/core/scene/format.rs",
     "src/core/scene/joints.rs",
     "src/core/scene/lagrangian.rs",
     "src/core/scene/obstacles.rs",
     "src/core/scene/solid.rs",
     "src/core/scene/space/format.rs",
+    "src/core/scene/space/heights.rs",
     "src/core/scene/space/repeat.rs",
     "src/core/scene/space/shape.rs",
     "src/core/scene/time.rs",
@@ -165,6 +166,7 @@ impl Page {
             "[f64; 2]" => "two numbers".into(),
             "[f64; 3]" => "three numbers".into(),
             "[f64; 4]" => "four numbers".into(),
+            "Vec<Vec<f64>>" => "list of rows of numbers".into(),
             "Vec<[f64; 3]>" => "list of triples of numbers".into(),
             "[String; 2]" => "two texts".into(),
             "Vec<String>" => "list of texts".into(),
@@ -232,6 +234,7 @@ impl Page {
             "[f64; 4]",
             "Vec<[f64; 2]>",
             "Vec<[f64; 3]>",
+            "Vec<Vec<f64>>",
             "BTreeMap<String, f64>",
             "StepField",
         ];

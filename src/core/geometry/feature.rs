@@ -21,6 +21,8 @@ pub enum Feature {
     Rim(u32),
     /// The curved surface of a round above the rim of this number.
     Mantle(u32),
+    /// A plane patch of a terrain.
+    Patch(u32),
 }
 
 /// What the normal of a contact turns with.
@@ -57,7 +59,7 @@ impl Meeting {
     /// What meets as a number that differs between the contacts of one pair: the vertex of the first shape if one is
     /// there, else that of the second, else the two edges.
     ///
-    /// It names neither the face a vertex meets nor the face that carries the normal, which rounding chooses where two
+    /// On terrain it names the patch and the vertex. It names neither the face a vertex meets nor the face that carries the normal, which rounding chooses where two
     /// faces are as good: percussions find their contact again.
     pub const fn id(&self) -> u64 {
         match self.id_within(Self::WIDTH) {
@@ -74,6 +76,10 @@ impl Meeting {
         }
         let rim: u64 = 1 << (width - 1);
         let (kind, first, second, rim) = match (self.first, self.second) {
+            // Patches that meet in a valley hold one vertex at once.
+            (Feature::Patch(i), Feature::Vertex(j)) | (Feature::Vertex(j), Feature::Patch(i)) => {
+                (0, i as u64, j as u64, 0)
+            }
             (Feature::Vertex(i), _) => (1, i as u64, 0, 0),
             (Feature::Rim(i), _) => (1, i as u64, 0, rim << 2),
             (_, Feature::Vertex(i)) => (2, 0, i as u64, 0),

@@ -4,7 +4,8 @@
 //! |---|---|
 //! | [`Pose`], [`frame`] | where a body is; the frame of a normal |
 //! | [`Shape`], [`Polyhedron`], [`Compound`] | balls, capsules, boxes, cylinders, cones, half-spaces, convex hulls; unions of them |
-//! | [`Surface`] | convex solids from STL and OBJ files |
+//! | [`Surface`] | surfaces from STL and OBJ files |
+//! | [`Terrain`] | triangles and height fields that stand still |
 //! | [`MassProperties`], [`Principal`] | mass, centre, inertia from shape and density; principal axes, and what is no inertia |
 //! | [`NarrowPhase`], [`resolve`] | the [`Contact`]s of two shapes; one of them followed as the shapes move |
 //! | [`BroadPhase`], [`Bounds`] | the pairs that are near |
@@ -65,6 +66,7 @@ mod round;
 mod shape;
 mod stl;
 mod surface;
+mod terrain;
 mod triangle;
 
 pub use bounds::Bounds;
@@ -80,3 +82,4 @@ pub use pose::{Pose, PoseError, frame};
 pub use round::Round;
 pub use shape::{Kind, Shape, ShapeError};
 pub use surface::{Surface, SurfaceError};
+pub use terrain::Terrain;

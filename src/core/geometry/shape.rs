@@ -11,6 +11,7 @@ use super::polyhedron::Polyhedron;
 use super::pose::Pose;
 use super::real::{infinity, max, sqrt};
 use super::round::Round;
+use super::terrain::Terrain;
 use crate::scalar::{Scalar, lit, to_f64};
 
 /// Why a shape is none.
@@ -61,11 +62,12 @@ pub enum ShapeError {
 /// | cuboid | centre, edges along the axes | exact |
 /// | polyhedron | that of its vertices | exact |
 /// | half-space | solid where z ≤ 0 | exact |
+/// | terrain | that of its points | balls and capsules exact; a polyhedron with its vertices, its faces over sharp corners, its edges over sharp sides |
 /// | cylinder, cone | centre of mass, axis z | exact with balls and half-spaces; with others those of the inscribed polyhedron of n facets, at most r (1 − cos(π/n)) inside |
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shape<T: Scalar> {
     pub(super) kind: Kind<T>,
-    /// Radius of a sphere that holds it, around the origin or the centre of a polyhedron; infinite for a half-space.
+    /// Radius of a sphere that holds it, around the origin or the centre of a polyhedron; infinite for a half-space or a terrain.
     pub(super) radius: T,
 }
 
@@ -92,6 +94,8 @@ pub enum Kind<T: Scalar> {
     Polyhedron(Arc<Polyhedron<T>>),
     /// A cylinder or a cone.
     Round(Arc<Round<T>>),
+    /// A surface of triangles that stands still.
+    Terrain(Arc<Terrain<T>>),
 }
 
 fn positive<T: Scalar>(shape: &'static str, what: &'static str, value: T) -> Result<(), ShapeError> {
@@ -146,6 +150,11 @@ impl<T: Scalar> Shape<T> {
         Self { kind: Kind::HalfSpace, radius: infinity() }
     }
 
+    /// A terrain; it is no shape of a body.
+    pub fn terrain(terrain: Terrain<T>) -> Self {
+        Self { radius: infinity(), kind: Kind::Terrain(Arc::new(terrain)) }
+    }
+
     /// A convex polyhedron.
     pub fn polyhedron(hull: Polyhedron<T>) -> Self {
         Self { radius: hull.radius(), kind: Kind::Polyhedron(Arc::new(hull)) }
@@ -187,12 +196,12 @@ impl<T: Scalar> Shape<T> {
         &self.kind
     }
 
-    /// Its polyhedron: a box's own, that inscribed in a cylinder or cone; `None` for balls, capsules and half-spaces.
+    /// Its polyhedron: a box's own, that inscribed in a cylinder or cone; `None` for balls, capsules, half-spaces and terrain.
     pub fn as_polyhedron(&self) -> Option<&Polyhedron<T>> {
         match &self.kind {
             Kind::Cuboid(hull) | Kind::Polyhedron(hull) => Some(hull),
             Kind::Round(round) => Some(&round.facets),
-            Kind::Ball { .. } | Kind::Capsule { .. } | Kind::HalfSpace => None,
+            Kind::Ball { .. } | Kind::Capsule { .. } | Kind::HalfSpace | Kind::Terrain(_) => None,
         }
     }
 
@@ -226,6 +235,7 @@ impl<T: Scalar> Shape<T> {
                 MassProperties::axial(tube + ball, [across, across, r * r * (tube * l(0.5) + ball * l(0.4))])
             }
             Kind::HalfSpace => return Err(ShapeError::NoVolume { shape: "half-space" }),
+            Kind::Terrain(_) => return Err(ShapeError::NoVolume { shape: "terrain" }),
             Kind::Cuboid(hull) => {
                 let x = hull.vertices()[7];
                 let mass = density * x.x * x.y * x.z * l(8.0);
@@ -265,6 +275,12 @@ impl<T: Scalar> Shape<T> {
                 Bounds::around(origin, half.add_scalar(reach))
             }
             Kind::Polyhedron(hull) => Bounds::of(hull.vertices().iter().map(|x| pose.turn(x)), origin, reach),
+            Kind::Terrain(terrain) => {
+                let Bounds { low, high } = terrain.bounds();
+                let half = lit::<T>(0.5);
+                let around = pose.rotation().abs() * ((high - low) * half);
+                Bounds::around(origin + pose.turn(&((high + low) * half)), around.add_scalar(reach))
+            }
             Kind::Round(round) => {
                 let axis = pose.rotation().column(2).into_owned();
                 let across = axis.map(|c| sqrt(max(T::one() - c * c, T::zero())));

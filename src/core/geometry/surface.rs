@@ -1,4 +1,4 @@
-//! Surfaces of convex solids from files: points and faces, checked before they become a hull.
+//! Surfaces from files: points and faces, checked before they become a hull or a terrain.
 
 use std::collections::HashMap;
 
@@ -57,6 +57,20 @@ pub enum SurfaceError {
         from: [f64; 3],
         /// Its end (m).
         to: [f64; 3],
+    },
+    /// A triangle without area, for its rounding.
+    #[error("triangle {face} is {height:e} m high, which is nothing beside the surface")]
+    Sliver {
+        /// Triangle, from 0.
+        face: usize,
+        /// Its least height (m).
+        height: f64,
+    },
+    /// Heights that are no field.
+    #[error("heights: {message}")]
+    Heights {
+        /// What is wrong with them.
+        message: String,
     },
     /// All faces look inwards.
     #[error("the surface is inverted: it encloses a volume of {volume:e} m³")]

@@ -6,6 +6,14 @@ use crate::observe::{Frame, ObserveError, Observer, RunInfo};
 use crate::scalar::Scalar;
 use crate::scene::Scene;
 
+/// The name of the series of the contacts beside that of the bodies.
+pub(super) fn of_contacts(name: String) -> String {
+    #[cfg(feature = "vtk")]
+    return name + crate::observe::VtkSeries::CONTACTS;
+    #[cfg(not(feature = "vtk"))]
+    name
+}
+
 /// The VTK series of a run, if the scene asks for one and this build can write it.
 pub(super) struct Frames {
     #[cfg(feature = "vtk")]

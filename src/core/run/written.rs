@@ -174,7 +174,9 @@ impl Scene {
             let (count, page) =
                 under_way.make(&shown, &mut *watch(run), interrupt, &mut written, &mut series)?;
             made.extend(page);
-            frames.insert(self.file_name(&run.law, &run.solver), count);
+            let name = self.file_name(&run.law, &run.solver);
+            frames.insert(super::frames::of_contacts(name.clone()), count);
+            frames.insert(name, count);
             if written.interrupted {
                 break;
             }
@@ -230,7 +232,11 @@ impl Scene {
             ["trajectory.csv", "contacts.csv", "energy.csv", "summary.json"].map(String::from).into();
         let stems = runs.iter().map(|run| self.file_name(&run.law, &run.solver));
         if self.output.vtk_every.is_some() && cfg!(feature = "vtk") {
-            names.extend(stems.clone().flat_map(|name| [format!("{name}.pvd"), format!("{name}/*")]));
+            let series = |name: String| [format!("{name}.pvd"), format!("{name}/*")];
+            names.extend(stems.clone().flat_map(series));
+            if self.solid.is_none() && self.lagrangian.is_none() {
+                names.extend(stems.clone().map(super::frames::of_contacts).flat_map(series));
+            }
         }
         if self.output.hdf5 && cfg!(feature = "hdf5") {
             names.push("tables.h5".into());

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::include::IncludeError;
 use crate::adaptive::AdaptiveError;
 use crate::geometry::{CompoundError, PoseError, ShapeError, SurfaceError};
 use crate::laws::LawError;
@@ -34,7 +35,7 @@ pub enum SceneError {
     },
     /// A shape that is given in no way, or in several.
     #[error(
-        "shape `{shape}` has {}: give one of ball, box, capsule, cylinder, cone, hull and file",
+        "shape `{shape}` has {}: give one of ball, box, capsule, cylinder, cone, hull, file, terrain and heights",
         if given.is_empty() { "no geometry" } else { given }
     )]
     OneShape {
@@ -110,6 +111,18 @@ pub enum SceneError {
         column: usize,
         /// What is wrong there.
         message: String,
+    },
+    /// A file that the scene takes in.
+    #[error("{}:{line}:{column}: {source}", path.display())]
+    Include {
+        /// The file that takes it in.
+        path: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+        /// Why it cannot.
+        source: IncludeError,
     },
     /// A key of the scene cannot be set to a value.
     #[error("{key}: {message}")]
@@ -320,8 +333,17 @@ pub enum SceneError {
 
 impl SceneError {
     pub(super) fn parse(path: &Path, text: &str, error: &toml::de::Error) -> Self {
-        let (line, column) = line_and_column(text, error.span().map_or(0, |span| span.start));
-        Self::Parse { path: path.into(), line, column, message: error.message().to_string() }
+        Self::parse_at(path, text, error.span().map_or(0, |span| span.start), error.message().into())
+    }
+
+    pub(super) fn parse_at(path: &Path, text: &str, at: usize, message: String) -> Self {
+        let (line, column) = line_and_column(text, at);
+        Self::Parse { path: path.into(), line, column, message }
+    }
+
+    pub(super) fn include(path: &Path, text: &str, at: usize, source: IncludeError) -> Self {
+        let (line, column) = line_and_column(text, at);
+        Self::Include { path: path.into(), line, column, source }
     }
 }
 

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 
+use super::include::Document;
 use super::space::{self, SpaceSpec};
 use super::{JointSpec, LagrangianSpec, ObstacleSpec, SceneError, SolidSpec, SpringSpec, TimeSpec};
 use crate::observe::Units;
@@ -23,6 +24,10 @@ pub struct Scene {
     /// Names of the solvers to run with each law.
     #[serde(default = "default_solvers")]
     pub solvers: Vec<String>,
+    /// Files taken in, relative to the folder of this one; a single one may stand without brackets. What this file says wins,
+    /// lists of tables go on with theirs.
+    #[serde(default)]
+    pub include: Vec<String>,
     /// Number of dimensions (dimensionless), 2; with 3 the file is a scene in space.
     pub dimension: Option<u8>,
     /// Arithmetic of the run.
@@ -134,7 +139,7 @@ pub struct OutputSpec {
     pub trajectory_every: Option<usize>,
     /// `contacts.csv` has the active contacts of every so many steps (default 1: of all).
     pub contacts_every: Option<usize>,
-    /// A VTK file of the elastic body every so many steps; none where absent.
+    /// A VTK file of the bodies every so many steps, and one of their contacts; none where absent.
     pub vtk_every: Option<usize>,
     /// Write `tables.h5` beside the CSV tables: the same rows in binary (HDF5), for long runs.
     #[serde(default)]
@@ -277,7 +282,7 @@ impl Scene {
     /// Reads a scene file.
     ///
     /// # Errors
-    /// [`SceneError::Read`], [`SceneError::Parse`] with line and column.
+    /// [`SceneError::Read`], [`SceneError::Parse`] with line and column, [`SceneError::Include`].
     pub fn read(path: impl AsRef<Path>) -> Result<Self, SceneError> {
         let path = path.as_ref();
         let text = std::fs::read_to_string(path)
@@ -285,17 +290,25 @@ impl Scene {
         Self::parse(&text, path)
     }
 
-    /// Parses the text of a scene file; `path` is for the error only.
+    /// Parses the text of a scene file; `path` is for errors, and where files it includes are sought.
     ///
     /// # Errors
-    /// [`SceneError::Parse`] with line and column.
+    /// [`SceneError::Parse`] with line and column, [`SceneError::Include`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, SceneError> {
-        let error = |error: toml::de::Error| SceneError::parse(path, text, &error);
-        let table: toml::Table = toml::from_str(text).map_err(error)?;
-        let scene: Self =
-            if space::is_spatial(&table) { space::from_text(text) } else { toml::from_str(text) }
-                .map_err(error)?;
-        Ok(scene.in_folder_of(path))
+        let document = Document::new(text, path)?;
+        let scene = match space::is_spatial(&document.read()?) {
+            true => document.read().map(space::SpaceScene::into_scene),
+            false => document.read::<Self>(),
+        };
+        Ok(scene?.in_folder_of(path))
+    }
+
+    /// The table of the text of a scene file, with what the files it includes add to it.
+    ///
+    /// # Errors
+    /// [`SceneError::Parse`] with line and column, [`SceneError::Include`].
+    pub fn table(text: &str, path: &Path) -> Result<toml::Table, SceneError> {
+        Document::new(text, path)?.read()
     }
 
     fn in_folder_of(mut self, path: &Path) -> Self {

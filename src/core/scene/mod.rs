@@ -13,6 +13,7 @@ mod error;
 mod event_driven;
 mod fingerprint;
 mod format;
+mod include;
 mod instance;
 mod joints;
 mod lagrangian;
@@ -33,6 +34,7 @@ pub use format::{
     BodySpec, DiscSpec, HalfPlaneSpec, InterfaceSpec, LoadSpec, OutputSpec, PolygonSpec, ScalarName, Scene,
     SolverSpec, UnitsName,
 };
+pub use include::IncludeError;
 pub use instance::{InKind, in_kind};
 pub use joints::{JointSpec, MotorSpec, SpringSpec};
 pub use lagrangian::{GapSpec, GeneralLoadSpec, LagrangianSpec};
@@ -40,8 +42,8 @@ pub use obstacles::{ArcSpec, ChainSpec, MotionSpec, ObstacleSpec};
 pub use plan::{Overrides, PlannedRun};
 pub use solid::{MeshSpec, PreloadSpec, PrescribedSpec, SolidSpec, SupportName, TractionSpec};
 pub use space::{
-    RepeatSpec, ShapeSpec, SpaceBodySpec, SpaceHalfSpec, SpaceJointKind, SpaceJointSpec, SpaceLoadSpec,
-    SpaceMotionSpec, SpaceObstacleSpec, SpaceScene, SpaceSpec, SpaceSpringSpec,
+    HeightsSpec, RepeatSpec, ShapeSpec, SpaceBodySpec, SpaceHalfSpec, SpaceJointKind, SpaceJointSpec,
+    SpaceLoadSpec, SpaceMotionSpec, SpaceObstacleSpec, SpaceScene, SpaceSpec, SpaceSpringSpec,
 };
 pub use time::{AdaptiveSpec, TimeSpec};
 pub use warnings::SceneWarning;

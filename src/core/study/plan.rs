@@ -47,8 +47,7 @@ impl SceneStudy {
     ) -> Result<Self, StudyError> {
         let base = std::fs::read_to_string(&scene).map_err(|source| StudyError::io(&scene, source))?;
         let units = Scene::parse(&base, &scene)?.units.units();
-        let base: toml::Table =
-            toml::from_str(&base).map_err(|error| StudyError::parse(&scene, &base, 0, error))?;
+        let base = Scene::table(&base, &scene)?;
         let finest = || ReferenceSpec { kind: references::FINEST.into(), h: None, theta: None };
         let reference = file.reference.unwrap_or_else(finest);
         references::check(&reference).map_err(|message| StudyError::parse(path, text, 0, message))?;

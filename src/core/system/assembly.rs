@@ -454,6 +454,15 @@ impl<T: Scalar, const D: usize> Describe<T> for Assembly<T, D> {
         }
     }
 
+    fn body_velocity(&self, body: usize, q: &[T], v: &[T]) -> ([f64; 3], [f64; 3]) {
+        match self.with_bodies().find(|(_, bodies)| bodies.contains(&body)) {
+            Some((m, bodies)) => {
+                m.system.body_velocity(body - bodies.start, &q[m.q.clone()], &v[m.v.clone()])
+            }
+            None => ([0.0; 3], [0.0; 3]),
+        }
+    }
+
     fn contact_place(&self, contact: ContactId, q: &[T]) -> Option<ContactPlace> {
         let (member, contact) = contact.in_member()?;
         let Member { system, q: place, .. } = &self.members[member];

@@ -339,6 +339,11 @@ pub trait Describe<T: Scalar> {
         ([0.0; 3], [1.0, 0.0, 0.0, 0.0])
     }
 
+    /// Velocity (m/s) of the origin of a body's frame, and spin (rad/s), both along the fixed axes.
+    fn body_velocity(&self, _body: usize, _q: &[T], _v: &[T]) -> ([f64; 3], [f64; 3]) {
+        ([0.0; 3], [0.0; 3])
+    }
+
     /// Point (m) of a contact and its local axes in the fixed frame, `None` where it has no place.
     fn contact_place(&self, _contact: ContactId, _q: &[T]) -> Option<ContactPlace> {
         None

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::NarrowPhase;
 use super::nearest::{segments, to_polyhedron};
 use super::outline::{Corner, Ring, corners, tangents};
-use super::polyhedra::{COSINE, SINE, Tolerances};
+use super::polyhedra::{COSINE, LEANING, SINE, Tolerances};
 use super::resolve::{Pair, nearest_on_lines};
 use crate::geometry::feature::{Carrier, Contact, Feature, Meeting};
 use crate::geometry::polyhedron::{Edge, Polyhedron};
@@ -172,9 +172,12 @@ impl<T: Scalar> NarrowPhase<T> {
             Corner::Crossing(edge, _) => {
                 let [from, to] = hull.edges[edge as usize].vertices.map(|v| hull.vertices[v as usize]);
                 let side = to - from;
-                let parallel =
-                    sqrt(side.cross(&along).norm_squared()) <= lit::<T>(SINE) * side.norm() * along.norm();
-                let carrier = if parallel { on_face } else { Carrier::Edges };
+                let cross = side.cross(&along);
+                let size = sqrt(cross.norm_squared());
+                let parallel = size <= lit::<T>(SINE) * side.norm() * along.norm();
+                // Along a normal that leans far from that of the face the axis may be beside the edge, and far above the face.
+                let leans = !(abs(cross.dot(&hull.normals[face])) > lit::<T>(LEANING) * size);
+                let carrier = if parallel || leans { on_face } else { Carrier::Edges };
                 let meeting = Meeting { first: Feature::Edge(edge), second: Feature::Edge(0), carrier };
                 pair.push(meeting, reach, out);
             }

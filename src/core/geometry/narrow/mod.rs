@@ -6,6 +6,7 @@ mod outline;
 mod polyhedra;
 mod resolve;
 mod separate;
+mod terrain;
 
 use nalgebra::Vector3;
 
@@ -27,6 +28,8 @@ pub struct NarrowPhase<T: Scalar> {
     placed: [Placed<T>; 2],
     outlines: [Outline<T>; 2],
     distances: [Vec<T>; 2],
+    near: terrain::Near,
+    points: Vec<Vector3<T>>,
 }
 
 impl<T: Scalar> Default for NarrowPhase<T> {
@@ -42,13 +45,15 @@ impl<T: Scalar> NarrowPhase<T> {
             placed: [Placed::new(), Placed::new()],
             outlines: [Outline::new(), Outline::new()],
             distances: [Vec::new(), Vec::new()],
+            near: terrain::Near::default(),
+            points: Vec::new(),
         }
     }
 
     /// Appends the contacts of `first` and `second` with a gap of at most `reach` (m) to `out`; none where a pose is not finite.
     ///
     /// Normals lead from the first shape, the obstacle, to the second, the body; in the other order the same contacts are
-    /// found with their roles exchanged, to rounding. Two half-spaces have none.
+    /// found with their roles exchanged, to rounding. Half-spaces and terrain have none with each other.
     pub fn contacts(
         &mut self,
         first: (&Shape<T>, &Pose<T>),
@@ -69,6 +74,9 @@ impl<T: Scalar> NarrowPhase<T> {
     fn ordered(&mut self, pair: &Pair<'_, T>, reach: T, out: &mut Vec<Contact<T>>) {
         if matches!(pair.a.kind, Kind::HalfSpace) {
             return half_space(pair, reach, out);
+        }
+        if let Kind::Terrain(terrain) = &pair.a.kind {
+            return self.terrain(pair, terrain, reach, out);
         }
         // Polyhedra alone have their centre elsewhere.
         let centre = |shape: &Shape<T>, pose: &Pose<T>| match &shape.kind {
@@ -103,7 +111,7 @@ impl<T: Scalar> NarrowPhase<T> {
 /// Pairs are looked at with the lower rank first.
 fn rank<T: Scalar>(kind: &Kind<T>) -> u8 {
     match kind {
-        Kind::HalfSpace => 0,
+        Kind::HalfSpace | Kind::Terrain(_) => 0,
         Kind::Cuboid(_) | Kind::Polyhedron(_) | Kind::Round(_) => 1,
         Kind::Capsule { .. } => 2,
         Kind::Ball { .. } => 3,
@@ -114,7 +122,7 @@ fn rank<T: Scalar>(kind: &Kind<T>) -> u8 {
 fn half_space<T: Scalar>(pair: &Pair<'_, T>, reach: T, out: &mut Vec<Contact<T>>) {
     let on_face = |second| Meeting { first: Feature::Face(0), second, carrier: Carrier::First(0) };
     let vertices = match &pair.b.kind {
-        Kind::HalfSpace => return,
+        Kind::HalfSpace | Kind::Terrain(_) => return,
         Kind::Ball { .. } => 1,
         Kind::Capsule { .. } => 2,
         Kind::Cuboid(hull) | Kind::Polyhedron(hull) => hull.vertices.len(),

@@ -17,7 +17,7 @@ pub(super) const COSINE: f64 = 0.994_521_895_368_273_3;
 pub(super) const SINE: f64 = 0.104_528_463_267_653_47;
 
 /// Cosine of 60°: what leans more from the normal of the face carries no normal of its own.
-const LEANING: f64 = 0.5;
+pub(super) const LEANING: f64 = 0.5;
 
 /// Lengths that coincide, the advantage an edge needs over a face, and that of a face over another.
 #[derive(Debug, Clone, Copy)]

@@ -47,6 +47,7 @@ impl<T: Scalar> Shape<T> {
                 _ => None,
             },
             Kind::HalfSpace => None,
+            Kind::Terrain(terrain) => terrain.points.get(i as usize).copied(),
             Kind::Cuboid(hull) | Kind::Polyhedron(hull) => hull.vertices.get(i as usize).copied(),
             Kind::Round(round) => round.facets.vertices.get(i as usize).copied(),
         }
@@ -58,6 +59,10 @@ impl<T: Scalar> Shape<T> {
         if matches!(self.kind, Kind::Capsule { .. }) {
             return (i == 0).then_some(([self.vertex(0)?, self.vertex(1)?], Vector3::zeros()));
         }
+        if let Kind::Terrain(terrain) = &self.kind {
+            let ridge = terrain.ridges.get(i as usize)?;
+            return Some((ridge.ends.map(|v| terrain.points[v as usize]), ridge.beside));
+        }
         let hull = self.as_polyhedron()?;
         let edge = hull.edges.get(i as usize)?;
         let [from, to] = edge.vertices.map(|v| hull.vertices[v as usize]);
@@ -65,11 +70,14 @@ impl<T: Scalar> Shape<T> {
         Some(([from, to], left + right))
     }
 
-    /// Outward normal and offset of a face, of the inscribed polyhedron of a round.
+    /// Outward normal and offset of a face or patch, of the inscribed polyhedron of a round.
     #[inline]
     pub(super) fn face(&self, i: u32) -> Option<(Vector3<T>, T)> {
         if matches!(self.kind, Kind::HalfSpace) {
             return (i == 0).then(|| (Vector3::z(), T::zero()));
+        }
+        if let Kind::Terrain(terrain) = &self.kind {
+            return terrain.planes.get(i as usize).copied();
         }
         let hull = self.as_polyhedron()?;
         Some((*hull.normals.get(i as usize)?, *hull.offsets.get(i as usize)?))
@@ -117,7 +125,7 @@ impl<'a, T: Scalar> Pair<'a, T> {
     #[inline]
     pub(super) fn resolve(&self, meeting: &Meeting) -> Option<Contact<T>> {
         use Carrier::{Edges, First, Line, Second};
-        use Feature::{Edge, Face, Mantle, Rim, Vertex};
+        use Feature::{Edge, Face, Mantle, Patch, Rim, Vertex};
         let round = |shape: &Shape<T>| matches!(shape.kind, Kind::Round(_));
         let ball = |shape: &Shape<T>| matches!(shape.kind, Kind::Ball { .. });
         match (meeting.first, meeting.second, meeting.carrier) {
@@ -126,14 +134,18 @@ impl<'a, T: Scalar> Pair<'a, T> {
             }
             (feature, Vertex(0), _) if round(self.a) && ball(self.b) => self.round_ball(meeting, feature),
             (Vertex(0), _, _) if ball(self.a) && round(self.b) => self.flipped(meeting),
-            (Face(face), Vertex(vertex), First(_)) => self.on_face(meeting, face, self.b.vertex(vertex)?),
+            (Face(face) | Patch(face), Vertex(vertex), First(_)) => {
+                self.on_face(meeting, face, self.b.vertex(vertex)?)
+            }
             (Face(face), Rim(rim), First(_)) => {
                 let Kind::Round(round) = &self.b.kind else { return None };
                 let (normal, _) = self.a.face(face)?;
                 let down = self.bt.turn_back(&self.at.turn(&normal));
                 self.on_face(meeting, face, round.lowest(rim as usize, &down)?.0)
             }
-            (Vertex(_) | Rim(_), Face(_), Second(_)) | (Vertex(_), Edge(_), Line) => self.flipped(meeting),
+            (Vertex(_) | Rim(_), Face(_) | Patch(_), Second(_)) | (Vertex(_), Edge(_), Line) => {
+                self.flipped(meeting)
+            }
             (Vertex(first), Vertex(second), Line) => {
                 let a = self.at.turn(&self.a.vertex(first)?);
                 let b = self.bt.turn(&self.b.vertex(second)?);
@@ -150,7 +162,7 @@ impl<'a, T: Scalar> Pair<'a, T> {
             (Edge(first), Edge(second), Line | Edges | First(_) | Second(_)) => {
                 self.across(meeting, first, second)
             }
-            (Face(_) | Mantle(_) | Rim(_) | Vertex(_) | Edge(_), _, _) => None,
+            (Face(_) | Mantle(_) | Rim(_) | Vertex(_) | Edge(_) | Patch(_), _, _) => None,
         }
     }
 

@@ -157,7 +157,7 @@ impl SpaceSpec {
     pub(in crate::scene) fn files(&self) -> impl Iterator<Item = &PathBuf> {
         let bodies = self.bodies.iter().map(|body| &body.shapes);
         let all = bodies.chain(self.obstacles.iter().map(|obstacle| &obstacle.shapes));
-        all.flatten().filter_map(|shape| shape.file.as_ref())
+        all.flatten().flat_map(ShapeSpec::files)
     }
 
     /// The system with its laws and its initial state.
@@ -249,7 +249,10 @@ impl SpaceSpec {
         let fastest = self.bodies.iter().max_by(|a, b| way(a).total_cmp(&way(b)))?;
         let fixed = thinnest(self.obstacles.iter().map(|of| of.shapes.as_slice()), folder);
         let moving = if self.bodies.len() > 1 { self.least_size(folder) } else { f64::INFINITY };
-        let (way, thickness) = (way(fastest), fixed.min(moving));
+        // Half of a body may be below a terrain before it is lost.
+        let ground = self.obstacles.iter().any(|of| of.shapes.iter().any(ShapeSpec::is_ground));
+        let depth = if ground { 0.5 * self.least_size(folder) } else { f64::INFINITY };
+        let (way, thickness) = (way(fastest), fixed.min(moving).min(depth));
         (way > thickness).then(|| SceneWarning::Passes { body: fastest.name.clone(), way, thickness })
     }
 }
@@ -258,7 +261,8 @@ impl SpaceSpec {
 fn thinnest<'a>(shapes: impl Iterator<Item = &'a [ShapeSpec]>, folder: &Path) -> f64 {
     let mut kinds: Vec<&[ShapeSpec]> = shapes.collect();
     kinds.dedup();
-    let parts = kinds.into_iter().flatten().filter_map(|shape| shape.part::<f64>("", folder).ok());
+    let solid = kinds.into_iter().flatten().filter(|shape| !shape.is_ground());
+    let parts = solid.filter_map(|shape| shape.part::<f64>("", folder).ok());
     let thickness = |part: Part<f64>| {
         let bounds = part.shape.bounds(&Pose::identity(), 0.0);
         (bounds.high - bounds.low).min()

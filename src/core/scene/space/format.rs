@@ -19,6 +19,10 @@ pub struct SpaceScene {
     /// Names of the solvers to run with each law.
     #[serde(default = "default_solvers")]
     pub solvers: Vec<String>,
+    /// Files taken in, relative to the folder of this one; a single one may stand without brackets. What this file says wins,
+    /// lists of tables go on with theirs.
+    #[serde(default)]
+    pub include: Vec<String>,
     /// Number of dimensions (dimensionless), 3.
     pub dimension: Option<u8>,
     /// Arithmetic of the run.
@@ -183,14 +187,16 @@ pub struct SpaceObstacleSpec {
 
 impl SpaceScene {
     /// The scene; what only scenes in the plane have is absent.
-    pub(super) fn into_scene(self) -> Scene {
-        let Self { title, laws, solvers, scalar, units, time, solver, output, interfaces, .. } = self;
+    pub(in crate::scene) fn into_scene(self) -> Scene {
+        let Self { title, laws, solvers, include, scalar, units, time, solver, output, interfaces, .. } =
+            self;
         let Self { gravity, bodies, half_spaces, obstacles, joints, springs, .. } = self;
         let bodies = bodies.into_iter().flat_map(SpaceBodySpec::copies).collect();
         Scene {
             title,
             laws,
             solvers,
+            include,
             scalar,
             units,
             dimension: Some(3),

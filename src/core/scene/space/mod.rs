@@ -2,6 +2,7 @@
 
 mod build;
 mod format;
+mod heights;
 mod joints;
 mod repeat;
 mod shape;
@@ -9,6 +10,7 @@ mod shape;
 use serde::Deserialize;
 
 pub use format::{SpaceBodySpec, SpaceHalfSpec, SpaceLoadSpec, SpaceObstacleSpec, SpaceScene, SpaceSpec};
+pub use heights::HeightsSpec;
 pub use joints::{SpaceJointKind, SpaceJointSpec, SpaceMotionSpec, SpaceSpringSpec};
 pub use repeat::RepeatSpec;
 pub use shape::ShapeSpec;
@@ -28,11 +30,6 @@ pub(super) fn is_spatial(table: &toml::Table) -> bool {
         list.is_some_and(|list| list.iter().any(|entry| three(entry.get(of))))
     };
     three(table.get("gravity")) || places("bodies", "position") || table.contains_key("half_spaces")
-}
-
-/// Reads the text of a scene in space.
-pub(super) fn from_text(text: &str) -> Result<Scene, toml::de::Error> {
-    toml::from_str::<SpaceScene>(text).map(SpaceScene::into_scene)
 }
 
 /// Reads the table of a scene in space.

@@ -33,7 +33,7 @@ use super::interfaces::Interfaces;
 use super::{ContactPlace, Contacts, Describe, Dynamics, Forces, Joints, Prescribed, Scales, Solid};
 use crate::contact::{Candidate, ContactId};
 use crate::linalg::{BlockRows, Symmetric, max_abs};
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, to_f64};
 use identity::{Features, Pair};
 use joint::JointSet;
 use measure::Measure;
@@ -444,6 +444,11 @@ impl<T: Scalar> Describe<T> for RigidBodies<T> {
 
     fn body_pose(&self, body: usize, q: &[T]) -> ([f64; 3], [f64; 4]) {
         self.pose_of(body, q)
+    }
+
+    fn body_velocity(&self, body: usize, _q: &[T], v: &[T]) -> ([f64; 3], [f64; 3]) {
+        let [x, y, spin] = [0, 1, 2].map(|k| to_f64(v[3 * body + k]));
+        ([x, y, 0.0], [0.0, 0.0, spin])
     }
 
     fn contact_place(&self, contact: ContactId, q: &[T]) -> Option<ContactPlace> {

@@ -172,7 +172,7 @@ impl<T: Scalar> SpatialBodiesBuilder<T> {
     /// Adds a shape at `local` in the frame of a body, or in the fixed one of [`BodyId::GROUND`].
     ///
     /// # Errors
-    /// [`SystemError::Unknown`]; [`SystemError::OutOfRange`] for a half-space on a body.
+    /// [`SystemError::Unknown`]; [`SystemError::OutOfRange`] for a half-space or a terrain on a body.
     pub fn shape(
         &mut self,
         label: &str,
@@ -187,8 +187,8 @@ impl<T: Scalar> SpatialBodiesBuilder<T> {
         let numbers = place.iter().flat_map(|x| x.iter()).chain(local.orientation().coords.iter());
         let numbers: Vec<T> = numbers.copied().collect();
         check(|| format!("place of `{label}`"), &numbers, |_| true, "finite")?;
-        if let (Some(body), Kind::HalfSpace) = (body, shape.kind()) {
-            let what = format!("body of half-space `{label}`");
+        if let (Some(body), Kind::HalfSpace | Kind::Terrain(_)) = (body, shape.kind()) {
+            let what = format!("body of half-space or terrain `{label}`");
             return Err(SystemError::OutOfRange { what, value: body as f64, range: "the ground" });
         }
         self.contactors.push(Contactor { label: label.into(), body, shape, local, group });

@@ -148,7 +148,7 @@ impl<T: Scalar> SpatialBodies<T> {
             }
         }
         let fresh = known..found.len();
-        found.sort_unstable_by_key(|of| of.id);
+        found.sort_unstable_by_key(|of| (of.id, of.first, of.second, of.contact.meeting));
         // Digests of two contacts may agree: the later one of the list takes the next number.
         let mut last = None;
         for of in &mut *found {
@@ -426,6 +426,10 @@ impl<T: Scalar> Describe<T> for SpatialBodies<T> {
         self.pose_of(body, q)
     }
 
+    fn body_velocity(&self, body: usize, q: &[T], v: &[T]) -> ([f64; 3], [f64; 3]) {
+        self.velocity_of(body, q, v)
+    }
+
     fn contact_place(&self, contact: ContactId, q: &[T]) -> Option<ContactPlace> {
         self.place_of(contact, q)
     }
@@ -443,13 +447,14 @@ impl<T: Scalar> Describe<T> for SpatialBodies<T> {
 
 /// The features that meet, where a pair of shapes can have several contacts.
 fn feature(meeting: &Meeting) -> String {
-    use geometry::Feature::{Edge, Face, Mantle, Rim, Vertex};
+    use geometry::Feature::{Edge, Face, Mantle, Patch, Rim, Vertex};
     let name = |feature: geometry::Feature| match feature {
         Vertex(i) => format!("v{i}"),
         Edge(i) => format!("e{i}"),
         Face(i) => format!("f{i}"),
         Rim(i) => format!("r{i}"),
         Mantle(i) => format!("m{i}"),
+        Patch(i) => format!("p{i}"),
     };
     format!(" {}-{}", name(meeting.second), name(meeting.first))
 }

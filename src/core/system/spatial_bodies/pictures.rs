@@ -65,6 +65,11 @@ fn surface<T: Scalar>(shape: &Shape<T>) -> Surface {
             let points = vec![corner(-0.5, -0.5), corner(0.5, -0.5), corner(0.5, 0.5), corner(-0.5, 0.5)];
             Surface { points, faces: vec![vec![0, 1, 2, 3]], ..Surface::default() }
         }
+        Kind::Terrain(terrain) => Surface {
+            points: terrain.points().iter().map(plain).collect(),
+            faces: terrain.triangles().iter().map(|triangle| triangle.to_vec()).collect(),
+            ..Surface::default()
+        },
         kind => {
             let round = matches!(kind, Kind::Round(_));
             let Some(hull) = shape.as_polyhedron() else { return Surface::default() };
@@ -87,7 +92,9 @@ impl<T: Scalar> SpatialBodies<T> {
             Solid { name: contactor.label.clone(), body: contactor.body, surface, endless }
         };
         let shapes = self.contactors.iter().map(of);
-        let bare = (0..self.bodies()).filter(|&body| self.contactors.iter().all(|c| c.body != Some(body)));
+        let mut has_shape = vec![false; self.bodies()];
+        self.contactors.iter().filter_map(|c| c.body).for_each(|body| has_shape[body] = true);
+        let bare = (0..self.bodies()).filter(|&body| !has_shape[body]);
         let point = |body: usize| {
             let surface = Surface { points: vec![[0.0; 3]], ..Surface::default() };
             Solid { name: self.names[body].clone(), body: Some(body), surface, endless: false }
@@ -99,6 +106,13 @@ impl<T: Scalar> SpatialBodies<T> {
         let pose: Pose<T> = super::body_pose(Some(body), q);
         let turn = pose.orientation();
         (plain(pose.position()), [turn.w, turn.i, turn.j, turn.k].map(to_f64))
+    }
+
+    /// Velocity and spin along the fixed axes.
+    pub(super) fn velocity_of(&self, body: usize, q: &[T], v: &[T]) -> ([f64; 3], [f64; 3]) {
+        let v = &v[super::DOFS * body..];
+        let spin = super::body_pose(Some(body), q).turn(&Vector3::new(v[3], v[4], v[5]));
+        ([0, 1, 2].map(|k| to_f64(v[k])), plain(&spin))
     }
 
     pub(super) fn place_of(&self, contact: ContactId, q: &[T]) -> Option<ContactPlace> {
