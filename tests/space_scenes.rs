@@ -305,9 +305,15 @@ fn error_control_refuses_bodies_in_space_by_name() {
 
 #[test]
 fn the_examples_in_space_run_as_they_stand() {
-    for (name, steps) in
-        [("tippe_top", 300), ("cube_stack", 150), ("poured_balls", 20), ("dominoes", 100), ("hills", 20)]
-    {
+    for (name, steps) in [
+        ("tippe_top", 300),
+        ("cube_stack", 150),
+        ("poured_balls", 20),
+        ("dominoes", 100),
+        ("hills", 20),
+        ("drum", 60),
+        ("crank_with_clearance", 100),
+    ] {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("examples/{name}.toml"));
         let text = std::fs::read_to_string(path).expect("an example");
         let reached = run(&text, steps).unwrap_or_else(|error| panic!("{name}: {error}"));

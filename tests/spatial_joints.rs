@@ -322,7 +322,8 @@ fn a_motor_turns_as_told_and_its_work_is_in_the_balance() {
     let q = &scheme.state().q;
     let angle = 2.0 * q[6].atan2(q[3]);
     // It has its speed from the end of the first step on, which starts at rest.
-    assert!((angle - 3.0 * (1.0 - 0.5e-3)).abs() <= 1e-11, "{angle}");
+    // Within (ω h)³ of what the first step turns.
+    assert!((angle - 3.0 * (1.0 - 0.5e-3)).abs() <= 2.7e-8, "{angle}");
     assert!((scheme.state().v[5] - 3.0).abs() <= 1e-5, "{:?}", scheme.state().v);
     let energy = scheme.last_step().energies.total();
     assert!((work - energy).abs() <= 1e-11 * largest, "{work} {energy}");

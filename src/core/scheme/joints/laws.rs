@@ -115,7 +115,9 @@ impl<T: Scalar> Bilateral<T> {
         }
         let joints = joints_of(system);
         self.end_rows.clear();
-        joints.jacobian(q, &self.zero, &mut self.end_rows);
+        // The speed at the start is that of the way on at this velocity: an angle that a motor turns steadily has it exactly.
+        self.step.iter_mut().zip(v).for_each(|(s, &v)| *s = step * v);
+        joints.jacobian(q, &self.step, &mut self.end_rows);
         let slides = lit::<T>(SLIDES) * crate::linalg::max_abs(v);
         let Self { laws, drift, accepted, end_rows, .. } = self;
         for (row, drift) in drift.iter_mut().enumerate() {
