@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::source::{Field, Item, attribute, item, renamed, text, value_of};
 
 /// Where the types of scene files are.
-const FILES: [&str; 17] = [
+const FILES: [&str; 18] = [
     "src/core/scene/format.rs",
     "src/core/scene/joints.rs",
     "src/core/scene/lagrangian.rs",
@@ -13,6 +13,7 @@ const FILES: [&str; 17] = [
     "src/core/scene/solid.rs",
     "src/core/scene/space/format.rs",
     "src/core/scene/space/heights.rs",
+    "src/core/scene/space/joints.rs",
     "src/core/scene/space/repeat.rs",
     "src/core/scene/space/shape.rs",
     "src/core/scene/time.rs",
