@@ -6,7 +6,7 @@ use super::anderson::Anderson;
 use super::control::Control;
 use super::gauss_seidel::GaussSeidel;
 use crate::cone::{ConeProblem, Residual, Workspace, project};
-use crate::scalar::{Scalar, lit};
+use crate::scalar::{Scalar, lit, to_f64};
 
 /// Order in which a sweep visits the contacts.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -36,17 +36,57 @@ impl Sweep {
 const CYCLE: usize = 100;
 
 /// When [`Accelerated::run`] gives up.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Patience {
-    /// Largest number of sweeps.
+pub(super) struct Patience<'a> {
+    /// Largest number of sweeps, where no price says otherwise.
     pub(super) sweeps: usize,
     /// Sweeps without a gain of 0.7 after which it stops.
     pub(super) stalled: usize,
+    /// Asked once, where it would stop: what an iteration of the method that follows costs, in sweeps.
+    pub(super) price: Option<&'a mut dyn FnMut() -> usize>,
+    /// Largest number of sweeps whatever the price.
+    pub(super) most: usize,
 }
 
-impl Patience {
+impl Patience<'_> {
     pub(super) fn endless(sweeps: usize) -> Self {
-        Self { sweeps, stalled: usize::MAX }
+        Self { sweeps, stalled: usize::MAX, price: None, most: sweeps }
+    }
+}
+
+/// Iterations of the method that follows whose price is spent on sweeps whatever they gain, since they give it a better
+/// start; and those that are spent where the rate measured promises to end within them.
+const WORTH_A_START: usize = 5;
+const WORTH_THE_END: usize = 30;
+
+/// How fast the changes of the sweeps fall.
+#[derive(Debug, Clone, Copy)]
+struct Rate<T> {
+    least: T,
+    /// Sweep number and least change at two earlier times, the later at most two thirds of the sweeps ago.
+    marks: [(usize, T); 2],
+}
+
+impl<T: Scalar> Rate<T> {
+    fn new() -> Self {
+        Self { least: T::infinity_impl(), marks: [(0, T::infinity_impl()); 2] }
+    }
+
+    fn note(&mut self, sweep: usize, change: T) {
+        if change < self.least {
+            self.least = change;
+        }
+        if sweep >= 2 * self.marks[1].0 {
+            self.marks = [self.marks[1], (sweep.max(1), self.least)];
+        }
+    }
+
+    /// Sweeps to go until the change is `target`, at the rate since the earlier mark.
+    fn to_go(&self, sweep: usize, target: T) -> f64 {
+        let (from, change) = self.marks[0];
+        let log = |x: T| to_f64(x).ln();
+        let rate = (log(change) - log(self.least)) / (sweep - from) as f64;
+        let to_go = (log(self.least) - log(target)) / rate;
+        if rate > 0.0 && to_go.is_finite() { to_go } else { f64::INFINITY }
     }
 }
 
@@ -95,7 +135,7 @@ impl<T: Scalar, const D: usize> Accelerated<T, D> {
         problem: &ConeProblem<T, D>,
         r: &mut [SVector<T, D>],
         order: Sweep,
-        patience: Patience,
+        mut patience: Patience<'_>,
         control: &mut Control<'_, T>,
     ) -> SweepsEnd<T> {
         self.sweeps.prepare(problem);
@@ -121,12 +161,10 @@ impl<T: Scalar, const D: usize> Accelerated<T, D> {
         let (mut mark, mut since) = (T::infinity_impl(), 0);
         // Acceleration can cycle; plain sweeps leave the cycle, and are given twice as long each time.
         let (mut plain_until, mut plain) = (0, CYCLE);
-        let mut iterations = 0;
-        for sweep in 1..=patience.sweeps {
-            if best <= tolerance {
-                break;
-            }
-            iterations = sweep;
+        let (mut rate, mut price) = (Rate::new(), None);
+        let mut sweep = 0;
+        while sweep < patience.most && best > tolerance {
+            sweep += 1;
             if self.accelerated {
                 self.from.copy_from_slice(r);
             }
@@ -138,7 +176,18 @@ impl<T: Scalar, const D: usize> Accelerated<T, D> {
             } else {
                 since += 1;
             }
-            let last = !go_on || sweep == patience.sweeps || since > patience.stalled;
+            rate.note(sweep, estimate);
+            let spent = sweep >= patience.sweeps || since > patience.stalled;
+            if spent && let Some(ask) = patience.price.take() {
+                let sweeps = ask();
+                patience.sweeps = (WORTH_A_START * sweeps).clamp(patience.sweeps, patience.most);
+                patience.stalled = patience.stalled.max(patience.sweeps / 4);
+                price = Some(sweeps);
+            }
+            // At the measured rate the end may still be cheaper than the method that follows.
+            let ends = |sweeps| rate.to_go(sweep, tolerance) <= (WORTH_THE_END * sweeps) as f64;
+            let spent = sweep >= patience.sweeps || since > patience.stalled;
+            let last = !go_on || sweep == patience.most || spent && !price.is_some_and(ends);
             if estimate <= trigger || sweep >= next_check || last {
                 let residual = self.sweeps.scaled_residual(problem, r);
                 if residual < best {
@@ -166,6 +215,6 @@ impl<T: Scalar, const D: usize> Accelerated<T, D> {
             }
         }
         r.copy_from_slice(&self.best);
-        SweepsEnd { iterations, residual: best }
+        SweepsEnd { iterations: sweep, residual: best }
     }
 }

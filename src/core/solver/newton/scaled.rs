@@ -38,7 +38,12 @@ impl<T: Scalar, const D: usize> ScaledProblem<T, D> {
 
     /// Takes over a checked problem, keeping the memory and the orderings of the last one.
     pub(in crate::solver) fn prepare(&mut self, problem: &ConeProblem<T, D>) {
-        self.scaling.prepare(problem);
+        self.change_step(problem, T::one());
+    }
+
+    /// [`prepare`](Self::prepare) in units where λ_max of every diagonal block is `rho`.
+    pub(super) fn change_step(&mut self, problem: &ConeProblem<T, D>, rho: T) {
+        self.scaling.prepare(problem, rho);
         self.scaling.enter_velocities(problem.b(), &mut self.b);
         self.cones.clear();
         self.cones.extend_from_slice(problem.cones());
@@ -126,13 +131,12 @@ impl<T: Scalar, const D: usize> ScaledProblem<T, D> {
     /// The scaled residual of the problem as given at (r, w).
     pub(in crate::solver) fn residual(&self, r: &[SVector<T, D>], w: &[SVector<T, D>]) -> T {
         let contacts = r.iter().zip(w).zip(&self.cones);
-        self.scaling.residual(contacts.map(|((r, w), &cone)| r - project(&(r - de_saxce(w, cone)), cone)))
+        self.scaling.residual(contacts.map(|((r, w), &cone)| (*r, de_saxce(w, cone))), &self.cones)
     }
 
     /// The same with F = Φ(w) at hand.
     pub(in crate::solver) fn residual_of_force(&self, r: &[SVector<T, D>], force: &[SVector<T, D>]) -> T {
-        let contacts = r.iter().zip(force).zip(&self.cones);
-        self.scaling.residual(contacts.map(|((r, f), &cone)| r - project(&(r - f), cone)))
+        self.scaling.residual(r.iter().copied().zip(force.iter().copied()), &self.cones)
     }
 
     /// f and its derivatives at r with w + a (r − centre).
@@ -165,6 +169,17 @@ impl<T: Scalar, const D: usize> ScaledProblem<T, D> {
             sum += formulation.value(r, &(w + (r - centre) * a), cone).norm_squared();
         }
         ComplexField::sqrt(sum)
+    }
+
+    /// Multiplications and additions of a factorisation of the Newton matrix.
+    ///
+    /// # Errors
+    /// As [`factor`](Self::factor).
+    pub(super) fn operations(&mut self) -> Result<f64, NoPivot> {
+        match &mut self.system {
+            System::Contact(system) => system.operations(),
+            System::Body(system) => system.operations(),
+        }
     }
 
     /// Factors the Newton matrix C W + A + a C.

@@ -1,4 +1,7 @@
 //! How the proximal parameter falls and rises, and where the next start lies.
+//!
+//! Near a solution, where a start of sweeps mostly is, subproblems solved loosely need the fewest Newton steps; from afar,
+//! and where those stall, each is solved well before the next.
 
 use nalgebra::{ComplexField, SVector};
 
@@ -7,6 +10,9 @@ use crate::scalar::{Scalar, epsilon, from_usize, lit};
 
 /// Failures in a row after which a start is given up.
 const MAX_FAILURES: usize = 20;
+/// Failures in a row, and Newton steps without a gain of 0.7, after which loose subproblems are given up.
+const MAX_LOOSE_FAILURES: usize = 4;
+const STALLED: usize = 200;
 /// Newton steps after which the schedule turns gentle.
 const PATIENCE: usize = 120;
 /// Newton steps of the first start, at least and per contact, before another one is tried; likewise of the others.
@@ -15,10 +21,10 @@ const OTHER_START: (usize, usize) = (100, 10);
 /// The fractional part of the golden ratio.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
-/// The proximal parameter's schedule.
+/// The proximal parameter's schedule of subproblems solved well.
 #[derive(Debug, Clone)]
-pub(super) struct Schedule<T> {
-    pub(super) a: T,
+struct Strict<T> {
+    a: T,
     floor: T,
     failures: usize,
     /// Whether the last success took at most eight steps.
@@ -30,18 +36,13 @@ pub(super) struct Schedule<T> {
     failed: T,
 }
 
-impl<T: Scalar> Schedule<T> {
-    pub(super) fn new(a: T) -> Self {
+impl<T: Scalar> Strict<T> {
+    fn new(a: T) -> Self {
         Self { a, floor: T::zero(), failures: 0, quick: false, wait: 0, penalty: 0, failed: T::zero() }
     }
 
-    /// Whether it is time for another start.
-    pub(super) fn gave_up(&self) -> bool {
-        self.failures >= MAX_FAILURES
-    }
-
     /// The subproblem was solved in so many steps.
-    pub(super) fn success(&mut self, steps: usize, gentle: bool) {
+    fn success(&mut self, steps: usize, gentle: bool) {
         let tenth = lit::<T>(0.1);
         let factor = match steps {
             0..=4 => tenth,
@@ -60,17 +61,11 @@ impl<T: Scalar> Schedule<T> {
         self.quick = steps <= 8;
         self.failures = 0;
         self.floor *= lit::<T>(0.5);
-        let least = lit::<T>(1e-9).max(lit::<T>(8.0) * epsilon::<T>());
-        self.a = (self.a * factor).max(self.floor).max(least).min(lit(10.0));
-    }
-
-    /// Nothing is left to improve from here.
-    pub(super) fn exhaust(&mut self) {
-        self.failures = MAX_FAILURES;
+        self.a = bounded((self.a * factor).max(self.floor));
     }
 
     /// The subproblem was abandoned.
-    pub(super) fn failure(&mut self, gentle: bool) {
+    fn failure(&mut self, gentle: bool) {
         self.failures += 1;
         self.quick = false;
         self.failed = self.a;
@@ -82,8 +77,118 @@ impl<T: Scalar> Schedule<T> {
             1 => 4.0,
             _ => 10.0,
         };
-        self.a = (self.a * lit::<T>(factor)).min(lit(10.0));
+        self.a = bounded(self.a * lit::<T>(factor));
     }
+}
+
+/// The proximal parameter's schedule of subproblems solved loosely.
+#[derive(Debug, Clone)]
+struct Loose<T> {
+    a: T,
+    failures: usize,
+    /// The residual that was a gain, and the Newton steps before it.
+    mark: T,
+    since: usize,
+}
+
+impl<T: Scalar> Loose<T> {
+    fn scale(&mut self, factor: f64) {
+        self.a = bounded(self.a * lit::<T>(factor));
+    }
+}
+
+/// What solves a subproblem, and how its end changes the parameter.
+#[derive(Debug, Clone)]
+pub(super) struct Schedule<T>(Manner<T>);
+
+#[derive(Debug, Clone)]
+enum Manner<T> {
+    Strict(Strict<T>),
+    Loose(Loose<T>),
+}
+
+impl<T: Scalar> Schedule<T> {
+    /// Of subproblems solved well, from the parameter `a` on.
+    pub(super) fn strict(a: T) -> Self {
+        Self(Manner::Strict(Strict::new(a)))
+    }
+
+    /// Of subproblems solved loosely.
+    pub(super) fn loose(a: T) -> Self {
+        Self(Manner::Loose(Loose { a, failures: 0, mark: T::infinity_impl(), since: 0 }))
+    }
+
+    pub(super) fn a(&self) -> T {
+        match &self.0 {
+            Manner::Strict(schedule) => schedule.a,
+            Manner::Loose(schedule) => schedule.a,
+        }
+    }
+
+    pub(super) fn is_loose(&self) -> bool {
+        matches!(self.0, Manner::Loose(_))
+    }
+
+    /// Whether it is time for another start or, of loose subproblems, for stricter ones.
+    pub(super) fn gave_up(&self, steps: usize) -> bool {
+        match &self.0 {
+            Manner::Strict(schedule) => schedule.failures >= MAX_FAILURES,
+            Manner::Loose(schedule) => {
+                schedule.failures >= MAX_LOOSE_FAILURES || steps - schedule.since > STALLED
+            }
+        }
+    }
+
+    /// Takes note of the residual after so many Newton steps.
+    pub(super) fn note(&mut self, residual: T, steps: usize) {
+        if let Manner::Loose(schedule) = &mut self.0
+            && residual < schedule.mark
+        {
+            (schedule.mark, schedule.since) = (residual * lit::<T>(0.7), steps);
+        }
+    }
+
+    /// The subproblem was solved in so many steps.
+    pub(super) fn success(&mut self, steps: usize, gentle: bool) {
+        match &mut self.0 {
+            Manner::Strict(schedule) => schedule.success(steps, gentle),
+            Manner::Loose(schedule) => {
+                schedule.failures = 0;
+                schedule.scale([0.3, 0.3, 0.5, 0.8, 1.0, 1.5][steps.min(5)]);
+            }
+        }
+    }
+
+    /// The subproblem was not solved, and its best step is worth keeping.
+    pub(super) fn gain(&mut self) {
+        if let Manner::Loose(schedule) = &mut self.0 {
+            schedule.scale(1.5);
+        }
+    }
+
+    /// The subproblem was abandoned.
+    pub(super) fn failure(&mut self, gentle: bool) {
+        match &mut self.0 {
+            Manner::Strict(schedule) => schedule.failure(gentle),
+            Manner::Loose(schedule) => {
+                schedule.failures += 1;
+                schedule.scale(if schedule.failures == 1 { 3.0 } else { 6.0 });
+            }
+        }
+    }
+
+    /// Nothing is left to improve from here.
+    pub(super) fn exhaust(&mut self) {
+        match &mut self.0 {
+            Manner::Strict(schedule) => schedule.failures = MAX_FAILURES,
+            Manner::Loose(schedule) => schedule.failures = MAX_LOOSE_FAILURES,
+        }
+    }
+}
+
+/// `a` within the range of the parameter.
+fn bounded<T: Scalar>(a: T) -> T {
+    a.max(lit::<T>(1e-9).max(lit::<T>(8.0) * epsilon::<T>())).min(lit(10.0))
 }
 
 /// The Newton steps between two starts: the problem is combinatorial, and from some places the path only circles.
