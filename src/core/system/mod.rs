@@ -49,7 +49,9 @@ pub use rigid_bodies::{
 pub use row_law::RowLaw;
 pub use signal::Signal;
 pub use solid::{ContactPlace, Solid, Surface};
-pub use spatial_bodies::{Bodies, SpatialBodies, SpatialBodiesBuilder, SpatialBody, SpatialRelative};
+pub use spatial_bodies::{
+    Bodies, SpatialBodies, SpatialBodiesBuilder, SpatialBody, SpatialMotion, SpatialRelative,
+};
 
 use crate::contact::{Candidate, ContactId};
 use crate::geometry::InertiaError;

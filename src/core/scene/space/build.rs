@@ -14,7 +14,7 @@ use crate::scene::build::{AnyLaw, Parts};
 use crate::scene::names::{Directory, Owner};
 use crate::scene::warnings::length;
 use crate::scene::{PlannedRun, Scene, SceneError, SceneWarning};
-use crate::system::{BodyId, Signal, SpatialBodies, SpatialBodiesBuilder, SpatialBody};
+use crate::system::{BodyId, Signal, SpatialBodies, SpatialBodiesBuilder, SpatialBody, SpatialMotion};
 
 /// A body in its principal frame, and where that frame stands in its own.
 struct Solid<T: Scalar> {
@@ -124,11 +124,14 @@ impl SpaceObstacleSpec {
         };
         v.extend(velocity.map(lit::<T>));
         v.extend(spin.iter());
-        let displacements: Vec<_> =
-            (self.motion.iter()).map(|motion| (motion.displacement.map(lit), motion.signal.cast())).collect();
         let turning = self.motion.iter().filter(|motion| motion.angle != 0.0);
-        let angles: Vec<_> = turning.map(|motion| (lit(motion.angle), motion.signal.cast())).collect();
-        builder.told(body, (&displacements, axis.map(lit), &angles), q)?;
+        let shifts = self.motion.iter().map(|motion| (motion.displacement.map(lit), motion.signal.cast()));
+        let motion = SpatialMotion {
+            displacements: shifts.collect(),
+            axis: axis.map(lit),
+            angles: turning.map(|motion| (lit(motion.angle), motion.signal.cast())).collect(),
+        };
+        builder.told(body, &motion, q)?;
         let place = q.len() - 7;
         (0..3).for_each(|k| q[place + k] += lit::<T>(shift[k]));
         if let Some(axis) = Unit::try_new(Vector3::from(axis.map(lit::<T>)), T::zero()) {

@@ -23,6 +23,17 @@ impl<T: Scalar> SpatialRelative<T> {
     }
 }
 
+/// How a body moves that moves as told.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpatialMotion<T> {
+    /// Displacements (m) along the fixed axes, each times its signal.
+    pub displacements: Vec<([T; 3], Signal<T>)>,
+    /// Axis through the centre of the body, of any length, along the fixed axes.
+    pub axis: [T; 3],
+    /// Angles (rad) about it, each times its signal.
+    pub angles: Vec<(T, Signal<T>)>,
+}
+
 /// A body and another, or the ground.
 pub type Bodies = (BodyId, Option<BodyId>);
 
@@ -321,18 +332,13 @@ impl<T: Scalar> SpatialBodiesBuilder<T> {
         Ok(interface)
     }
 
-    /// Moves a body as told from where it would stand without its motion, in configuration `q`: by the displacements (m) along the fixed axes, each times
-    /// its signal, and about the axis through its centre, of any length, by the angles (rad) times their signals. Its reactions
-    /// work in the balance as those of motors do, and its mass counts in the kinetic energy alone.
+    /// Moves a body as told from where it would stand without its motion, in configuration `q`. Its reactions work in the
+    /// balance as those of motors do, and its mass counts in the kinetic energy alone.
     ///
     /// # Errors
     /// As [`ball`](Self::ball).
-    pub fn told(
-        &mut self,
-        body: BodyId,
-        (displacements, axis, angles): (&[([T; 3], Signal<T>)], [T; 3], &[(T, Signal<T>)]),
-        q: &[T],
-    ) -> Result<(), SystemError> {
+    pub fn told(&mut self, body: BodyId, motion: &SpatialMotion<T>, q: &[T]) -> Result<(), SystemError> {
+        let SpatialMotion { displacements, axis, angles } = motion;
         let body_index = known("body", body.index(), self.bodies.len())?;
         let label = format!("{}.motion", self.bodies[body_index].0);
         let bodies = (body, None);
@@ -357,11 +363,11 @@ impl<T: Scalar> SpatialBodiesBuilder<T> {
             self.hold_orientation(&label, &ends, sides);
             return Ok(());
         }
-        let axis = Self::axis(&label, axis)?;
+        let axis = Self::axis(&label, *axis)?;
         let ([along, ..], [_, one, two]) = (ends.axes(0, &axis), ends.axes(1, &axis));
         self.hold(&label, sides, [Kind::Product(along, one), Kind::Product(along, two)]);
         let turns = self.angle(&label, bodies, axis.into(), q)?;
-        self.along(&label, turns, Acts::Moves { from: T::zero(), parts: angles.to_vec() });
+        self.along(&label, turns, Acts::Moves { from: T::zero(), parts: angles.clone() });
         Ok(())
     }
 }

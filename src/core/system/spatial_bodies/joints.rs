@@ -20,6 +20,12 @@ use crate::scalar::Scalar;
 use crate::system::element::{Acts, Element};
 use crate::system::{Joints, RowLaw};
 
+/// Two bodies, and their ways over a step.
+struct Pair<T: Scalar> {
+    bodies: [Option<usize>; 2],
+    ways: [Way<T>; 2],
+}
+
 /// The rows of all joints, one after another.
 #[derive(Debug)]
 pub(super) struct JointSet<T: Scalar> {
@@ -56,12 +62,12 @@ impl<T: Scalar> JointSet<T> {
         way: impl Fn(Option<usize>) -> Way<T>,
         mut row: impl FnMut(usize, &Relation<T>, [&Way<T>; 2]),
     ) {
-        let mut last: Option<([Option<usize>; 2], [Way<T>; 2])> = None;
+        let mut last: Option<Pair<T>> = None;
         for (i, element) in self.elements.iter().enumerate() {
             let bodies = element.measure.sides.map(|side| side.body);
-            let (_, [a, b]) = match &last {
-                Some((of, _)) if *of == bodies => last.as_ref().expect("just seen"),
-                _ => last.insert((bodies, bodies.map(&way))),
+            let Pair { ways: [a, b], .. } = match last.take().filter(|pair| pair.bodies == bodies) {
+                Some(same) => last.insert(same),
+                None => last.insert(Pair { bodies, ways: bodies.map(&way) }),
             };
             row(i, &element.measure, [a, b]);
         }

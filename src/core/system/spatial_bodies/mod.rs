@@ -27,7 +27,7 @@ mod shape;
 use nalgebra::{SVector, Vector3};
 
 pub use builder::{SpatialBodiesBuilder, SpatialBody};
-pub use connect::{Bodies, SpatialRelative};
+pub use connect::{Bodies, SpatialMotion, SpatialRelative};
 
 use super::element::{Coordinate, Stop};
 use super::interfaces::Interfaces;
