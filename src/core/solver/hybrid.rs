@@ -32,8 +32,8 @@ const NEAR_RESIDUAL: f64 = 1e-5;
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct HybridSettings {
-    /// Largest number of sweeps before Newton; `None` (default) takes 16 per stored block and contact, between 20
-    /// and 400.
+    /// Largest number of sweeps before Newton; `None` (default) sweeps for as long as five Newton steps would take, 20
+    /// sweeps at least, and on where their rate promises the solution within the time of thirty.
     pub sweeps: Option<usize>,
 }
 
@@ -74,7 +74,8 @@ impl<T: Scalar, const D: usize> Method<T, D> for Hybrid<T, D> {
         let (m, blocks) = (problem.contacts(), problem.delassus().blocks());
         // A start that is nearly right has its statuses: Newton finishes it in a few steps with little proximal term.
         let cold = r.iter().all(|r| *r == SVector::<T, D>::zeros());
-        let start = if cold || m == 1 { T::infinity_impl() } else { self.sweeps.residual(problem, r).scaled };
+        self.sweeps.prepare(problem);
+        let start = if cold || m == 1 { T::infinity_impl() } else { self.sweeps.residual(problem, r) };
         if start <= lit::<T>(NEAR_RESIDUAL) {
             return self.newton.run(problem, r, &Plan::default(), 0, control);
         }
@@ -90,7 +91,7 @@ impl<T: Scalar, const D: usize> Method<T, D> for Hybrid<T, D> {
             Some(sweeps) => Patience { sweeps, stalled: STALLED, price: None, most: sweeps.min(most) },
             None => Patience { sweeps: FIRST_SWEEPS, stalled: STALLED, price: Some(&mut price), most },
         };
-        let swept = sweeps.run(problem, r, Sweep::Forward, patience, control);
+        let swept = sweeps.run(problem, (r, start), Sweep::Forward, patience, control);
         // A single contact is solved exactly: what is left is rounding, or no solution exists.
         if swept.residual <= control.tolerance() || m == 1 {
             return Ok(swept.iterations);

@@ -5,7 +5,7 @@ use nalgebra::SVector;
 use super::anderson::Anderson;
 use super::control::Control;
 use super::gauss_seidel::GaussSeidel;
-use crate::cone::{ConeProblem, Residual, Workspace, project};
+use crate::cone::{ConeProblem, Workspace, project};
 use crate::scalar::{Scalar, lit, to_f64};
 
 /// Order in which a sweep visits the contacts.
@@ -34,6 +34,9 @@ impl Sweep {
 
 /// Accelerated sweeps without a gain of 0.7 that are taken for a cycle.
 const CYCLE: usize = 100;
+
+/// Part of the last change above which the change of a sweep calls for acceleration.
+const SLOW: f64 = 0.1;
 
 /// When [`Accelerated::run`] gives up.
 pub(super) struct Patience<'a> {
@@ -120,25 +123,30 @@ impl<T: Scalar, const D: usize> Accelerated<T, D> {
         }
     }
 
-    /// [`ConeProblem::residual`], in the workspace of the sweeps.
-    pub(super) fn residual(&mut self, problem: &ConeProblem<T, D>, r: &[SVector<T, D>]) -> Residual<T> {
-        self.sweeps.residual(problem, r)
+    /// Reads what the sweeps keep of a problem, which [`residual`](Self::residual) and [`run`](Self::run) are then of.
+    pub(super) fn prepare(&mut self, problem: &ConeProblem<T, D>) {
+        self.sweeps.prepare(problem);
+    }
+
+    /// The scaled residual.
+    pub(super) fn residual(&mut self, problem: &ConeProblem<T, D>, r: &[SVector<T, D>]) -> T {
+        self.sweeps.scaled_residual(problem, r)
     }
 
     pub(super) fn workspace(&mut self) -> &mut Workspace<T> {
         self.sweeps.workspace()
     }
 
-    /// Sweeps until the tolerance or the end of patience; `r` is left at the best iterate measured.
+    /// Sweeps over the problem prepared, from `r` of the residual `start`, until the tolerance or the end of patience; `r` is
+    /// left at the best iterate measured.
     pub(super) fn run(
         &mut self,
         problem: &ConeProblem<T, D>,
-        r: &mut [SVector<T, D>],
+        (r, start): (&mut [SVector<T, D>], T),
         order: Sweep,
         mut patience: Patience<'_>,
         control: &mut Control<'_, T>,
     ) -> SweepsEnd<T> {
-        self.sweeps.prepare(problem);
         if r.len() == 1 {
             // The sweep is the solution.
             self.sweeps.sweep(problem, r, false);
@@ -154,14 +162,16 @@ impl<T: Scalar, const D: usize> Accelerated<T, D> {
         self.best.extend_from_slice(r);
         let b_norm = problem.b_norm();
         let tolerance = control.tolerance();
-        let mut best = self.sweeps.scaled_residual(problem, r);
+        let mut best = start;
         // The change of a sweep bounds the residual only loosely, so the residual decides, and is measured where the
         // change promises it, and from time to time.
-        let (mut trigger, mut next_check) = (tolerance, 4);
+        let (mut trigger, mut next_check) = (tolerance, 1);
         let (mut mark, mut since) = (T::infinity_impl(), 0);
         // Acceleration can cycle; plain sweeps leave the cycle, and are given twice as long each time.
         let (mut plain_until, mut plain) = (0, CYCLE);
         let (mut rate, mut price) = (Rate::new(), None);
+        // Sweeps that end by themselves need no acceleration.
+        let (mut previous, mut slow) = (T::infinity_impl(), false);
         let mut sweep = 0;
         while sweep < patience.most && best > tolerance {
             sweep += 1;
@@ -177,6 +187,8 @@ impl<T: Scalar, const D: usize> Accelerated<T, D> {
                 since += 1;
             }
             rate.note(sweep, estimate);
+            slow |= estimate > previous * lit::<T>(SLOW);
+            previous = estimate;
             let spent = sweep >= patience.sweeps || since > patience.stalled;
             if spent && let Some(ask) = patience.price.take() {
                 let sweeps = ask();
@@ -194,7 +206,8 @@ impl<T: Scalar, const D: usize> Accelerated<T, D> {
                     best = residual;
                     self.best.copy_from_slice(r);
                 }
-                next_check = sweep + 8 + sweep / 2;
+                // Bodies that share no contact are done after the first sweep.
+                next_check = if sweep == 1 { 4 } else { sweep + 8 + sweep / 2 };
                 let needed = estimate * tolerance / residual;
                 trigger = if needed < tolerance { needed } else { tolerance };
             }
@@ -206,7 +219,7 @@ impl<T: Scalar, const D: usize> Accelerated<T, D> {
                 (plain_until, plain) = (sweep + plain, 2 * plain);
                 (mark, since) = (T::infinity_impl(), 0);
             }
-            if self.accelerated && sweep >= plain_until {
+            if self.accelerated && slow && sweep >= plain_until {
                 // Contact α weighs λ_max(W_αα), so that the iterates do not depend on the units.
                 let weights = self.sweeps.sizes().iter().copied();
                 if self.anderson.accelerate(&self.from, r, weights) {
@@ -216,5 +229,30 @@ impl<T: Scalar, const D: usize> Accelerated<T, D> {
         }
         r.copy_from_slice(&self.best);
         SweepsEnd { iterations: sweep, residual: best }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn changes_that_fall_by_a_constant_factor_tell_the_sweeps_to_go() {
+        let mut rate = Rate::new();
+        for sweep in 1..=40 {
+            rate.note(sweep, 0.5f64.powi(sweep as i32));
+        }
+        // 2⁻⁴⁰ is to fall to 2⁻⁶⁰.
+        let to_go = rate.to_go(40, 0.5f64.powi(60));
+        assert!((to_go - 20.0).abs() < 1e-9, "{to_go}");
+    }
+
+    #[test]
+    fn changes_that_do_not_fall_never_end() {
+        let mut rate = Rate::new();
+        for sweep in 1..=40 {
+            rate.note(sweep, 1.0f64);
+        }
+        assert_eq!(rate.to_go(40, 1e-8), f64::INFINITY);
     }
 }

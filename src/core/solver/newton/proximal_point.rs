@@ -16,7 +16,8 @@ use crate::solver::error::{Breakdown, BreakdownCause};
 const BUDGET: usize = 6_000;
 /// Starts after which the method gives up.
 const MAX_STARTS: usize = 1_000;
-/// Reduction of ‖f‖ at which a proximal subproblem is solved, and most of its Newton steps.
+/// Reduction of ‖f‖ at which a proximal subproblem is solved, and most of its Newton steps: from afar a path needs each
+/// solved well, near a solution it takes half the steps to solve more of them loosely.
 const STRICT: (f64, usize) = (1e-3, 20);
 const LOOSE: (f64, usize) = (0.5, 6);
 /// Within this scaled residual subproblems are solved loosely, with a projection step of so many 1/λ_max.
@@ -100,14 +101,15 @@ impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
         let lowest = target * lit::<T>(1e-3);
         let large = problem.contacts() > COLD.2;
         let cold = lit::<T>(if large { COLD.1 } else { COLD.0 });
-        let first = plan.proximal.unwrap_or(if near { cold * lit::<T>(STEP) } else { cold });
+        let first = plan.proximal.unwrap_or(cold);
         let mut start = Start::first(problem.contacts());
         let mut formulation = plan.formulation;
         let mut direct = plan.direct_steps > 0;
         let budget = control.max_iterations(BUDGET);
         let mut steps = 0;
         let mut smallest = inner.residual(scaled);
-        let mut schedule = if near { Schedule::loose(first) } else { Schedule::strict(first) };
+        let mut schedule =
+            if near { Schedule::loose(first * lit::<T>(STEP)) } else { Schedule::strict(first) };
         best.clear();
         best.extend_from_slice(&inner.r);
         let mut finished = smallest <= target;
@@ -180,15 +182,6 @@ impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
                 InnerEnd::Solved if taken == 0 => schedule.exhaust(),
                 InnerEnd::Solved => schedule.success(taken, gentle),
                 InnerEnd::Improved => schedule.gain(),
-                // The statuses of a start believed to be near were not right: back to it, with a cold start's caution.
-                InnerEnd::Abandoned if plan.proximal.is_some_and(|a| schedule.a() == a && a < cold) => {
-                    inner.move_to(scaled, best);
-                    schedule = if schedule.is_loose() {
-                        Schedule::loose(cold * lit::<T>(STEP))
-                    } else {
-                        Schedule::strict(cold)
-                    };
-                }
                 InnerEnd::Abandoned => {
                     schedule.failure(gentle);
                     if !schedule.is_loose() {
@@ -202,6 +195,7 @@ impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
                     break;
                 }
             } else if schedule.is_loose() && schedule.gave_up(steps) {
+                // From the best so far, as if it were far from a solution.
                 scaled.leave(best, r);
                 scaled.change_step(problem, T::one());
                 inner.start(scaled, r);

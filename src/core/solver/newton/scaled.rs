@@ -218,3 +218,42 @@ impl<T: Scalar, const D: usize> ScaledProblem<T, D> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{SMatrix, vector};
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::cone::BlockMatrix;
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(32))]
+
+        /// Whatever the projection step, the residual of the scaled problem is that of the problem.
+        #[test]
+        fn the_residual_is_that_of_the_problem_in_any_units(
+            entries in proptest::collection::vec(-1.0..1.0f64, 18),
+            step in 0.1..100.0f64,
+        ) {
+            let w = BlockMatrix::from_fn(2, |i, j| {
+                if i == j {
+                    SMatrix::<f64, 3, 3>::from_diagonal(&vector![2.0 + i as f64, 3.0, 1.5])
+                } else {
+                    SMatrix::identity() * 0.1
+                }
+            });
+            let at = |k: usize| vector![entries[k], entries[k + 1], entries[k + 2]];
+            let problem = ConeProblem::new(w, vec![at(0), at(3)], vec![0.5, 0.2]).expect("a problem");
+            let mut scaled = ScaledProblem::new();
+            scaled.change_step(&problem, step);
+            // `enter` projects on the cones, so that r is taken from there.
+            let (mut x, mut r, mut w) = (Vec::new(), vec![SVector::zeros(); 2], vec![SVector::zeros(); 2]);
+            scaled.enter(&[at(6), at(9)], &mut x);
+            scaled.leave(&x, &mut r);
+            scaled.velocity(&x, &mut w);
+            let (ours, given) = (scaled.residual(&x, &w), problem.residual(&r).scaled);
+            prop_assert!((ours - given).abs() <= 1e-12 * (1.0 + given), "{ours} {given}");
+        }
+    }
+}

@@ -113,7 +113,7 @@ impl<T: Scalar> Schedule<T> {
         Self(Manner::Strict(Strict::new(a)))
     }
 
-    /// Of subproblems solved loosely.
+    /// Of subproblems solved loosely, with the parameter `a` first.
     pub(super) fn loose(a: T) -> Self {
         Self(Manner::Loose(Loose { a, failures: 0, mark: T::infinity_impl(), since: 0 }))
     }
@@ -241,5 +241,43 @@ impl Start {
                 r[d] = cones::coefficient::<T, D>(cone, d) * r[0] * lit::<T>(2.0 * next() - 2.0)
             });
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_loose_schedule_is_given_up_after_failures_in_a_row() {
+        let mut schedule = Schedule::loose(1e-3);
+        for _ in 1..MAX_LOOSE_FAILURES {
+            schedule.failure(false);
+            assert!(!schedule.gave_up(0));
+        }
+        schedule.success(1, false);
+        schedule.failure(false);
+        assert!(!schedule.gave_up(0));
+        (1..MAX_LOOSE_FAILURES).for_each(|_| schedule.failure(false));
+        assert!(schedule.gave_up(0));
+    }
+
+    #[test]
+    fn a_loose_schedule_is_given_up_where_the_residual_stands_still() {
+        let mut schedule = Schedule::<f64>::loose(1e-3);
+        schedule.note(1.0, 10);
+        schedule.note(0.8, 100);
+        assert!(schedule.gave_up(11 + STALLED));
+        schedule.note(0.5, 100);
+        assert!(!schedule.gave_up(11 + STALLED));
+    }
+
+    #[test]
+    fn the_parameter_stays_in_its_range() {
+        let mut schedule = Schedule::loose(1e-3);
+        (0..100).for_each(|_| schedule.success(1, false));
+        assert_eq!(schedule.a(), 1e-9);
+        (0..100).for_each(|_| schedule.failure(false));
+        assert_eq!(schedule.a(), 10.0);
     }
 }
