@@ -84,7 +84,7 @@ impl<T: Scalar> Rate<T> {
     }
 
     /// Sweeps to go until the change is `target`, at the rate since the earlier mark.
-    fn to_go(&self, sweep: usize, target: T) -> f64 {
+    fn to_go(self, sweep: usize, target: T) -> f64 {
         let (from, change) = self.marks[0];
         let log = |x: T| to_f64(x).ln();
         let rate = (log(change) - log(self.least)) / (sweep - from) as f64;
