@@ -44,25 +44,28 @@ fn arch(count: usize, thickness: f64) -> String {
     text
 }
 
-/// Largest speed after so many steps.
-fn speed_after(text: &str, law: usize, steps: usize) -> f64 {
+/// Kinetic energy (J) after so many steps.
+fn energy_after(text: &str, law: usize, steps: usize) -> f64 {
     let mut scheme = scheme(text, law);
     for k in 0..steps {
         scheme.step().unwrap_or_else(|error| panic!("step {k}: {error}"));
         let made = scheme.last_step();
-        assert!(made.balance.imbalance.abs() <= 1e-10 * made.energies.total().abs(), "step {k}");
+        assert!(made.balance.imbalance.abs() <= 1e-13 * made.energies.total().abs(), "step {k}");
     }
-    scheme.state().v.iter().fold(0.0, |most: f64, v| most.max(v.abs()))
+    scheme.last_step().energies.kinetic
 }
 
-/// Gilbert, Casapulla and Ahmed 2006 (doi:10.1016/j.compstruc.2006.02.005): 27 bricks, μ = 0.5.
+/// Limit analysis of such an arch as a linear program (forces at the edges of every joint, no tension, |T| ≤ μ N) gives the
+/// least thickness 0.106721 for 27 bricks, and 0.1075 for very many, the value of Milankovitch (1907) and of Heyman (1969,
+/// doi:10.1016/0020-7403(69)90070-8) for a mean radius of 1.
 #[test]
-fn an_arch_of_27_bricks_stands_with_a_thickness_of_1095_and_falls_with_1094_parts_in_ten_thousand_of_its_radius()
- {
+fn an_arch_of_27_bricks_stands_and_falls_at_the_thickness_of_limit_analysis() {
     for law in 0..2 {
-        for thickness in [0.11, 0.1095, 0.1094, 0.109] {
-            let speed = speed_after(&arch(27, thickness), law, 60);
-            println!("{law} {thickness} {speed:e}");
-        }
+        // What stands keeps the rounding of a solver that aims at 1e-10 of percussions of 10 N s.
+        let stands = energy_after(&arch(27, 0.10675), law, 40);
+        assert!(stands <= 1e-15, "{stands:e}");
+        // What falls gains energy with the square of what it lacks, and of time.
+        let falls = energy_after(&arch(27, 0.1066), law, 40);
+        assert!(falls >= 1e-4, "{falls:e}");
     }
 }

@@ -79,8 +79,9 @@ impl<T: Scalar> SpatialBodiesBuilder<T> {
         Ok(BodyId(self.bodies.len() - 1))
     }
 
-    /// A ball of the mean mass and the mean moments of the bodies there are, of 1 kg without any.
-    pub(crate) fn mean_body(&self) -> SpatialBody<T> {
+    /// A ball of the mean mass and the mean moments of the bodies there are, of 1 kg and 1 kg m² without any: what a body that
+    /// [moves as told](Self::told) may weigh.
+    pub fn mean_body(&self) -> SpatialBody<T> {
         let (mut mass, mut moment) = (T::zero(), T::zero());
         for (_, body) in &self.bodies {
             mass += body.mass;
