@@ -98,11 +98,6 @@ impl<T: Scalar> Multifrontal<T> {
         Ok(())
     }
 
-    /// Multiplications and additions of one factorisation of the pattern analysed, with every node active.
-    pub fn operations(&self) -> f64 {
-        self.symbolic.operations()
-    }
-
     /// Factors the matrix whose entries, `size`² numbers each in columns, stand in `values` in the order of the
     /// pattern, restricted to the active nodes.
     ///

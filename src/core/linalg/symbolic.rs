@@ -80,16 +80,6 @@ impl Symbolic {
         Ok(symbolic)
     }
 
-    /// Multiplications and additions of a factorisation with every node active.
-    pub(super) fn operations(&self) -> f64 {
-        let square = |n: usize| (n * self.size) as f64 * (n * self.size) as f64;
-        let front = |s: &Supernode| {
-            let (pivots, border) = (s.pivots.len(), s.border.len());
-            (0..pivots).map(|k| 2.0 * self.size as f64 * square(pivots - k + border)).sum::<f64>()
-        };
-        self.supernodes.iter().map(front).sum()
-    }
-
     fn set_order(&mut self, order: Vec<usize>) {
         self.position = vec![0; order.len()];
         order.iter().enumerate().for_each(|(k, &node)| self.position[node] = k);

@@ -8,11 +8,7 @@ use super::control::{Control, Progress, Stopping};
 use super::error::{Breakdown, SolveError};
 use super::settings::SettingsError;
 use crate::cone::{ConeProblem, Residual, Workspace};
-use crate::scalar::{Scalar, all_finite, epsilon, lit, to_f64};
-
-/// A residual within this multiple of the tolerance is gone on from, with an aim down to this part of the tolerance.
-const CLOSE: f64 = 2.0;
-const LEAST_AIM: f64 = 0.1;
+use crate::scalar::{Scalar, all_finite, epsilon, to_f64};
 
 /// What a successful solve reports; the residual is measured on the problem, never estimated by the solver.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -138,37 +134,34 @@ pub trait ConeSolver<T: Scalar, const D: usize>: Debug + Send {
             r.fill(SVector::zeros());
         }
         let stopping = self.stopping().clone();
-        let mut control = Control::new(&stopping, observer);
-        let (mut iterations, mut reason, mut aim) = (0, None, stopping.tolerance);
-        let mut own = Workspace::default();
-        let residual = loop {
-            let mut taken = 0;
-            if problem.takes_off() {
-                r.fill(SVector::zeros());
-            } else {
-                match self.iterate(problem, r, &mut control) {
-                    Ok(iterations) => taken = iterations,
-                    Err(Breakdown { iterations, cause }) => (taken, reason) = (iterations, Some(cause)),
-                }
-            }
-            iterations += taken;
-            let workspace = self.workspace().unwrap_or(&mut own);
-            let (residual, accuracy) = judge(problem, r, stopping.tolerance, workspace);
-            if let Some(accuracy) = accuracy {
-                return Ok(Solution { iterations, residual, accuracy, rescued_by: None });
-            }
-            // A measure of the solver's own may be met where that of the problem is not quite: on from there.
-            aim *= lit::<T>(0.5);
-            control.go_on(aim, taken);
-            let close = residual.scaled <= stopping.tolerance * lit::<T>(CLOSE);
-            if !close
-                || reason.is_some()
-                || aim < stopping.tolerance * lit::<T>(LEAST_AIM)
-                || !control.has_budget()
-            {
-                break residual;
+        let (iterations, reason) = if problem.takes_off() {
+            r.fill(SVector::zeros());
+            (0, None)
+        } else {
+            let mut control = Control::new(&stopping, observer);
+            match self.iterate(problem, r, &mut control) {
+                Ok(iterations) => (iterations, None),
+                Err(Breakdown { iterations, cause }) => (iterations, Some(cause)),
             }
         };
+        let mut own = Workspace::default();
+        let workspace = self.workspace().unwrap_or(&mut own);
+        let residual = problem.residual_in(r, workspace);
+        // Both tests are written so that a NaN residual fails.
+        if residual.scaled <= stopping.tolerance {
+            return Ok(Solution { iterations, residual, accuracy: Accuracy::Tolerance, rescued_by: None });
+        }
+        let floor = problem.floor(r);
+        // A tolerance below ε cannot be excused by rounding.
+        let excused = stopping.tolerance >= epsilon::<T>();
+        if excused && ConeProblem::<T, D>::is_near_floor(residual.scaled, floor) {
+            // Not to be confused with the rounding of its own evaluation.
+            let precise = problem.precise_residual_in(r, workspace);
+            if precise.scaled <= stopping.tolerance.max(floor) {
+                let accuracy = Accuracy::Rounding { floor };
+                return Ok(Solution { iterations, residual: precise, accuracy, rescued_by: None });
+            }
+        }
         Err(SolveError::NotConverged {
             solver: self.name(),
             iterations,
@@ -178,29 +171,6 @@ pub trait ConeSolver<T: Scalar, const D: usize>: Debug + Send {
             reason,
         })
     }
-}
-
-/// The residual of `r`, and what it is accepted by where it is; NaN is not.
-fn judge<T: Scalar, const D: usize>(
-    problem: &ConeProblem<T, D>,
-    r: &[SVector<T, D>],
-    tolerance: T,
-    workspace: &mut Workspace<T>,
-) -> (Residual<T>, Option<Accuracy<T>>) {
-    let residual = problem.residual_in(r, workspace);
-    if residual.scaled <= tolerance {
-        return (residual, Some(Accuracy::Tolerance));
-    }
-    let floor = problem.floor(r);
-    // A tolerance below ε cannot be excused by rounding.
-    if tolerance >= epsilon::<T>() && ConeProblem::<T, D>::is_near_floor(residual.scaled, floor) {
-        // Not to be confused with the rounding of its own evaluation.
-        let precise = problem.precise_residual_in(r, workspace);
-        if precise.scaled <= tolerance.max(floor) {
-            return (precise, Some(Accuracy::Rounding { floor }));
-        }
-    }
-    (residual, None)
 }
 
 /// A solver as the registry lists it.

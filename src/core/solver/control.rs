@@ -74,8 +74,6 @@ pub struct Progress<T> {
 pub struct Control<'a, T> {
     tolerance: T,
     max_iterations: Option<usize>,
-    /// Iterations made before those that `proceed` is told of.
-    before: usize,
     deadline: Option<Instant>,
     observer: Option<&'a mut dyn FnMut(Progress<T>)>,
 }
@@ -88,7 +86,6 @@ impl<'a, T: Scalar> Control<'a, T> {
         Self {
             tolerance: stopping.tolerance,
             max_iterations: stopping.max_iterations,
-            before: 0,
             deadline: stopping.max_seconds.and_then(after),
             observer,
         }
@@ -107,21 +104,9 @@ impl<'a, T: Scalar> Control<'a, T> {
     /// Tells the observer of an iteration, and the solver whether time is left.
     pub fn proceed(&mut self, iterations: usize, residual: T) -> bool {
         if let Some(observer) = self.observer.as_mut() {
-            observer(Progress { iterations: self.before + iterations, residual });
+            observer(Progress { iterations, residual });
         }
         self.deadline.is_none_or(|deadline| Instant::now() < deadline)
-    }
-
-    /// Another tolerance, for what is left of the budget after so many iterations.
-    pub(super) fn go_on(&mut self, tolerance: T, iterations: usize) {
-        self.tolerance = tolerance;
-        self.max_iterations = self.max_iterations.map(|most| most.saturating_sub(iterations));
-        self.before += iterations;
-    }
-
-    /// Whether iterations and time are left.
-    pub(super) fn has_budget(&self) -> bool {
-        self.max_iterations != Some(0) && self.deadline.is_none_or(|deadline| Instant::now() < deadline)
     }
 
     /// A control for a stage of a larger solver: the same clock and observer, another tolerance and budget.
@@ -130,8 +115,7 @@ impl<'a, T: Scalar> Control<'a, T> {
             Some(observer) => Some(&mut **observer),
             None => None,
         };
-        let (before, deadline) = (self.before, self.deadline);
-        Control { tolerance, max_iterations: Some(max_iterations), before, deadline, observer }
+        Control { tolerance, max_iterations: Some(max_iterations), deadline: self.deadline, observer }
     }
 }
 

@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 
 use crate::cone::{
-    BlockMatrix, ConeProblem, FactoredDelassus, OneContactSolvers, Workspace, largest_eigenvalue,
+    BlockMatrix, ConeProblem, FactoredDelassus, OneContactSolvers, Residual, Workspace, largest_eigenvalue,
 };
 use crate::scalar::Scalar;
 
@@ -91,6 +91,11 @@ impl<T: Scalar, const D: usize> GaussSeidel<T, D> {
     /// [`ConeProblem::scaled_residual`] of the problem prepared.
     pub(super) fn scaled_residual(&mut self, problem: &ConeProblem<T, D>, r: &[SVector<T, D>]) -> T {
         problem.scaled_residual(r, &self.sizes, &mut self.workspace)
+    }
+
+    /// [`ConeProblem::residual`].
+    pub(super) fn residual(&mut self, problem: &ConeProblem<T, D>, r: &[SVector<T, D>]) -> Residual<T> {
+        problem.residual_in(r, &mut self.workspace)
     }
 
     pub(super) fn workspace(&mut self) -> &mut Workspace<T> {

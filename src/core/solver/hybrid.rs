@@ -12,17 +12,12 @@ use super::sweeps::{Accelerated, Patience, Sweep};
 use crate::cone::{ConeProblem, Workspace};
 use crate::scalar::{Scalar, lit};
 
-/// Sweeps before the price of a Newton step is asked, and sweeps without a gain of 0.7 after which it is.
-const FIRST_SWEEPS: usize = 20;
+/// Checks without a gain of 0.7 after which the sweeps hand over.
 const STALLED: usize = 10;
-/// Most sweeps.
-const MOST_SWEEPS: usize = 6_000;
 
-/// What things cost, in nanoseconds of one machine; only ratios count. A contact in a sweep and in a Newton step, a block
-/// of W in a sweep, a floating-point operation of a factorisation.
-const PER_CONTACT: (f64, f64) = (80.0, 700.0);
-const PER_BLOCK: f64 = 3.0;
-const PER_OPERATION: f64 = 0.1;
+/// From this many contacts on, sweeps are skipped where the start is within this scaled residual of a solution.
+const WARM_CONTACTS: usize = 50;
+const WARM_RESIDUAL: f64 = 0.1;
 
 /// Within this scaled residual a start is left to the proximal Newton method, which stays near it: sweeps, and a smaller
 /// proximal term, wander among the percussions that redundant contacts allow.
@@ -32,8 +27,8 @@ const NEAR_RESIDUAL: f64 = 1e-5;
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct HybridSettings {
-    /// Largest number of sweeps before Newton; `None` (default) sweeps for as long as five Newton steps would take, 20
-    /// sweeps at least, and on where their rate promises the solution within the time of thirty.
+    /// Largest number of sweeps before Newton; `None` (default) takes 16 per stored block and contact, between 20
+    /// and 400.
     pub sweeps: Option<usize>,
 }
 
@@ -72,31 +67,23 @@ impl<T: Scalar, const D: usize> Method<T, D> for Hybrid<T, D> {
         control: &mut Control<'_, T>,
     ) -> Result<usize, Breakdown> {
         let (m, blocks) = (problem.contacts(), problem.delassus().blocks());
+        let sweeps = self.settings.sweeps.unwrap_or_else(|| (16 * blocks / m).clamp(20, 400));
         // A start that is nearly right has its statuses: Newton finishes it in a few steps with little proximal term.
         let cold = r.iter().all(|r| *r == SVector::<T, D>::zeros());
-        self.sweeps.prepare(problem);
-        let start = if cold || m == 1 { T::infinity_impl() } else { self.sweeps.residual(problem, r) };
+        let start = if cold || m == 1 { T::infinity_impl() } else { self.sweeps.residual(problem, r).scaled };
         if start <= lit::<T>(NEAR_RESIDUAL) {
             return self.newton.run(problem, r, &Plan::default(), 0, control);
         }
-        let Self { sweeps, newton, settings } = self;
-        let most = control.max_iterations(MOST_SWEEPS);
-        let mut price = || {
-            let sweep = m as f64 * PER_CONTACT.0 + blocks as f64 * PER_BLOCK;
-            let step = newton.operations(problem) * PER_OPERATION + m as f64 * PER_CONTACT.1;
-            // Saturates.
-            (step / sweep) as usize
-        };
-        let patience = match settings.sweeps {
-            Some(sweeps) => Patience { sweeps, stalled: STALLED, price: None, most: sweeps.min(most) },
-            None => Patience { sweeps: FIRST_SWEEPS, stalled: STALLED, price: Some(&mut price), most },
-        };
-        let swept = sweeps.run(problem, (r, start), Sweep::Forward, patience, control);
+        let warm = m >= WARM_CONTACTS && start <= lit::<T>(WARM_RESIDUAL);
+        let (sweeps, proximal) = if warm { (sweeps.min(4), Some(lit::<T>(1e-6))) } else { (sweeps, None) };
+        let patience = Patience { sweeps: sweeps.min(control.max_iterations(sweeps)), stalled: STALLED };
+        let swept = self.sweeps.run(problem, r, Sweep::Forward, patience, control);
         // A single contact is solved exactly: what is left is rounding, or no solution exists.
         if swept.residual <= control.tolerance() || m == 1 {
             return Ok(swept.iterations);
         }
-        newton.run(problem, r, &Plan::default(), swept.iterations, control)
+        let plan = Plan { proximal, ..Plan::default() };
+        self.newton.run(problem, r, &plan, swept.iterations, control)
     }
 
     fn workspace(&mut self) -> Option<&mut Workspace<T>> {

@@ -63,10 +63,7 @@ impl<T: Scalar, const D: usize> Method<T, D> for Nsgs<T, D> {
         control: &mut Control<'_, T>,
     ) -> Result<usize, Breakdown> {
         let sweeps = control.max_iterations(100_000);
-        self.core.prepare(problem);
-        let start = self.core.residual(problem, r);
-        let patience = Patience::endless(sweeps);
-        Ok(self.core.run(problem, (r, start), self.settings.sweep, patience, control).iterations)
+        Ok(self.core.run(problem, r, self.settings.sweep, Patience::endless(sweeps), control).iterations)
     }
 
     fn workspace(&mut self) -> Option<&mut Workspace<T>> {

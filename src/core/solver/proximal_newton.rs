@@ -31,9 +31,7 @@ setters!(ProximalNewtonSettings<T>: with_proximal(proximal: Option<T>));
 /// the Alart–Curnier map, in units where every λ_max(W_αα) is 1.
 ///
 /// The parameter a falls after quick successes and rises after failures; small a with the right statuses is the
-/// quadratic finish. Near a solution, to a scaled residual of 0.03, subproblems are solved loosely: at most six full steps,
-/// in units where every λ_max(W_αα) is 10, until ‖f‖ has halved. From afar, or where that stalls, each is solved to a
-/// thousandth, with a watchdog search. One iteration is one Newton step: one factorisation of a matrix with the pattern of W;
+/// quadratic finish. One iteration is one Newton step: one factorisation of a matrix with the pattern of W;
 /// default budget 6,000. Choose it
 /// for hard problems (W singular, chains of contacts) and high accuracy.
 #[derive(Debug, Clone)]

@@ -74,17 +74,6 @@ impl<T: Scalar, const D: usize> BodySpace<T, D> {
         self.analysed &= same;
     }
 
-    /// Multiplications and additions of a factorisation.
-    ///
-    /// # Errors
-    /// The block of velocities at which the pattern is not sound.
-    pub(super) fn operations(&mut self) -> Result<f64, NoPivot> {
-        if !self.analysed {
-            self.analyse()?;
-        }
-        Ok(self.lu.operations())
-    }
-
     fn analyse(&mut self) -> Result<(), NoPivot> {
         let Some(factors) = &self.factors else { return Ok(()) };
         let (h, mass, nodes) = (&factors.jacobian, &factors.mass, factors.nodes());

@@ -113,29 +113,15 @@ impl<T: Scalar, const D: usize> ContactSpace<T, D> {
         }
     }
 
-    /// Multiplications and additions of a factorisation.
-    ///
-    /// # Errors
-    /// The contact at which the pattern is not sound.
-    pub(super) fn operations(&mut self) -> Result<f64, NoPivot> {
-        self.analyse()?;
-        Ok(self.lu.operations())
-    }
-
-    fn analyse(&mut self) -> Result<(), NoPivot> {
-        if !self.analysed {
-            self.lu.analyse(&self.starts, &self.columns, D).map_err(|error| NoPivot { node: error.row })?;
-            self.analysed = true;
-        }
-        Ok(())
-    }
-
     /// Factors the matrix of `linear`.
     ///
     /// # Errors
     /// The contact at which the factorisation found no pivot.
     pub(super) fn factor(&mut self, linear: &[Linear<T, D>], proximal: T) -> Result<(), NoPivot> {
-        self.analyse()?;
+        if !self.analysed {
+            self.lu.analyse(&self.starts, &self.columns, D).map_err(|error| NoPivot { node: error.row })?;
+            self.analysed = true;
+        }
         self.active.clear();
         self.active.extend(linear.iter().map(|x| x.state != State::Open));
         self.values.resize(self.blocks.len() * D * D, T::zero());

@@ -17,8 +17,6 @@ pub(super) enum InnerEnd {
     Finished,
     /// The subproblem is solved well enough.
     Solved,
-    /// It is not, but the iterate is worth keeping.
-    Improved,
     /// It made too little progress, or its matrix had no pivot.
     Abandoned,
     /// The caller's clock has run out.
@@ -40,8 +38,6 @@ pub(super) struct Subproblem<T> {
     pub(super) steps: usize,
 }
 
-/// Part of ‖f‖ at which the best of the loose steps is worth keeping.
-const WORTH_KEEPING: f64 = 0.8;
 /// Part of ‖f‖ at which a subproblem that ended without its reduction still counts as solved.
 const ENOUGH: f64 = 0.03;
 
@@ -95,63 +91,6 @@ impl<T: Scalar, const D: usize> Inner<T, D> {
     /// The scaled residual of the problem as given.
     pub(super) fn residual(&self, problem: &ScaledProblem<T, D>) -> T {
         problem.residual(&self.r, &self.w)
-    }
-
-    /// Takes full Newton steps on the subproblem centred at the current iterate until ‖f‖ has fallen by the reduction or
-    /// the steps are used up, telling `observe` as [`solve`](Self::solve) does. What is left is the iterate of the least
-    /// ‖f‖ where that is worth it, else the centre.
-    pub(super) fn solve_loosely(
-        &mut self,
-        problem: &mut ScaledProblem<T, D>,
-        subproblem: &Subproblem<T>,
-        target: T,
-        observe: &mut dyn FnMut(usize, T) -> bool,
-    ) -> (InnerEnd, usize) {
-        let Subproblem { formulation, proximal: a, regular, reduction, steps: most } = *subproblem;
-        self.centre.copy_from_slice(&self.r);
-        self.reference.copy_from_slice(&self.r);
-        let start = problem.merit(formulation, (&self.r, &self.w), (a, &self.centre));
-        let (mut least, mut steps) = (T::infinity_impl(), 0);
-        if start == T::zero() {
-            return (InnerEnd::Solved, 0);
-        }
-        while steps < most {
-            problem.linearise(formulation, (&self.r, &self.w), (a, &self.centre), &mut self.linear);
-            steps += 1;
-            if problem.factor(&self.linear, regular).is_err() {
-                break;
-            }
-            problem.step(&self.linear, &mut self.dr);
-            self.r.iter_mut().zip(&self.dr).for_each(|(r, dr)| *r += dr);
-            problem.velocity(&self.r, &mut self.w);
-            let merit = problem.merit(formulation, (&self.r, &self.w), (a, &self.centre));
-            if !(merit < T::infinity_impl()) {
-                break;
-            }
-            if merit < least {
-                least = merit;
-                self.reference.copy_from_slice(&self.r);
-            }
-            let residual = self.residual(problem);
-            if residual <= target && self.finish(problem, target) {
-                return (InnerEnd::Finished, steps);
-            }
-            if !observe(steps, residual) {
-                return (InnerEnd::Interrupted, steps);
-            }
-            if merit <= start * reduction {
-                return (InnerEnd::Solved, steps);
-            }
-        }
-        let worth = least < start * lit::<T>(WORTH_KEEPING);
-        if !worth {
-            let Self { r, centre, .. } = self;
-            r.copy_from_slice(centre);
-            self.update(problem);
-            return (InnerEnd::Abandoned, steps);
-        }
-        self.return_to_reference(problem);
-        (InnerEnd::Improved, steps)
     }
 
     /// Solves the subproblem centred at the current iterate, telling `observe` of every Newton step (their number, the

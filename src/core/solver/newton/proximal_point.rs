@@ -16,13 +16,9 @@ use crate::solver::error::{Breakdown, BreakdownCause};
 const BUDGET: usize = 6_000;
 /// Starts after which the method gives up.
 const MAX_STARTS: usize = 1_000;
-/// Reduction of ‖f‖ at which a proximal subproblem is solved, and most of its Newton steps: from afar a path needs each
-/// solved well, near a solution it takes half the steps to solve more of them loosely.
-const STRICT: (f64, usize) = (1e-3, 20);
-const LOOSE: (f64, usize) = (0.5, 6);
-/// Within this scaled residual subproblems are solved loosely, with a projection step of so many 1/λ_max.
-const NEAR: f64 = 0.03;
-const STEP: f64 = 10.0;
+/// Reduction of ‖f‖ at which a proximal subproblem is solved, and most of its Newton steps.
+const REDUCTION: f64 = 1e-3;
+const INNER_STEPS: usize = 20;
 /// What the matrix of a direct step holds of the proximal term, in ε: enough to leave a singular system a step, too little
 /// to slow the last ones.
 const REGULAR: f64 = 1e4;
@@ -71,13 +67,6 @@ impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
         self.refinement.workspace()
     }
 
-    /// Multiplications and additions of the factorisation of one step on `problem`, known from its pattern; infinite where
-    /// that is not sound.
-    pub(in crate::solver) fn operations(&mut self, problem: &ConeProblem<T, D>) -> f64 {
-        self.scaled.prepare(problem);
-        self.scaled.operations().unwrap_or(f64::INFINITY)
-    }
-
     /// Improves `r`, counting iterations from `before`; `r` is left at the best iterate.
     pub(in crate::solver) fn run(
         &mut self,
@@ -88,28 +77,20 @@ impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
         control: &mut Control<'_, T>,
     ) -> Result<usize, Breakdown> {
         let Self { scaled, inner, refinement, best } = self;
-        // Whether a start is near is told by the residual, in any units.
         scaled.prepare(problem);
         inner.start(scaled, r);
-        let near = inner.residual(scaled) <= lit::<T>(NEAR);
-        if near {
-            scaled.change_step(problem, lit(STEP));
-            inner.start(scaled, r);
-        }
         // Measured again in the problem's units, the residual may differ by rounding.
         let mut target = control.tolerance() * lit::<T>(0.95);
         let lowest = target * lit::<T>(1e-3);
-        let large = problem.contacts() > COLD.2;
-        let cold = lit::<T>(if large { COLD.1 } else { COLD.0 });
+        let cold = lit::<T>(if problem.contacts() > COLD.2 { COLD.1 } else { COLD.0 });
         let first = plan.proximal.unwrap_or(cold);
+        let mut schedule = Schedule::new(first);
         let mut start = Start::first(problem.contacts());
         let mut formulation = plan.formulation;
         let mut direct = plan.direct_steps > 0;
         let budget = control.max_iterations(BUDGET);
         let mut steps = 0;
         let mut smallest = inner.residual(scaled);
-        let mut schedule =
-            if near { Schedule::loose(first * lit::<T>(STEP)) } else { Schedule::strict(first) };
         best.clear();
         best.extend_from_slice(&inner.r);
         let mut finished = smallest <= target;
@@ -148,24 +129,18 @@ impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
                 let (proximal, reduction, steps) = (T::zero(), T::zero(), plan.direct_steps);
                 Subproblem { formulation, proximal, regular, reduction, steps }
             } else {
-                let (a, (reduction, steps)) =
-                    (schedule.a(), if schedule.is_loose() { LOOSE } else { STRICT });
-                Subproblem { formulation, proximal: a, regular: a, reduction: lit(reduction), steps }
+                let (a, steps) = (schedule.a, INNER_STEPS);
+                Subproblem { formulation, proximal: a, regular: a, reduction: lit(REDUCTION), steps }
             };
             let left = Subproblem { steps: subproblem.steps.min(budget - steps), ..subproblem };
             let mut observe = |taken, residual| control.proceed(before + steps + taken, residual);
-            let (end, taken) = if direct || !schedule.is_loose() {
-                inner.solve(scaled, &left, target, &mut observe)
-            } else {
-                inner.solve_loosely(scaled, &left, target, &mut observe)
-            };
+            let (end, taken) = inner.solve(scaled, &left, target, &mut observe);
             steps += taken;
             let residual = inner.residual(scaled);
             if residual < smallest || end == InnerEnd::Finished {
                 smallest = residual;
                 best.copy_from_slice(&inner.r);
             }
-            schedule.note(smallest, steps);
             let gentle = start.is_gentle(steps);
             match end {
                 InnerEnd::Finished => finished = true,
@@ -181,12 +156,14 @@ impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
                 // f = 0 to the last digit, short of the target: nothing is left to improve from here.
                 InnerEnd::Solved if taken == 0 => schedule.exhaust(),
                 InnerEnd::Solved => schedule.success(taken, gentle),
-                InnerEnd::Improved => schedule.gain(),
+                // The statuses of a start believed to be near were not right: back to it, with a cold start's caution.
+                InnerEnd::Abandoned if plan.proximal.is_some_and(|a| schedule.a == a && a < cold) => {
+                    inner.move_to(scaled, best);
+                    schedule = Schedule::new(cold);
+                }
                 InnerEnd::Abandoned => {
                     schedule.failure(gentle);
-                    if !schedule.is_loose() {
-                        formulation = formulation.other();
-                    }
+                    formulation = formulation.other();
                 }
             }
             if finished {
@@ -194,14 +171,7 @@ impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
                 if !control.proceed(before + steps, residual) {
                     break;
                 }
-            } else if schedule.is_loose() && schedule.gave_up(steps) {
-                // From the best so far, as if it were far from a solution.
-                scaled.leave(best, r);
-                scaled.change_step(problem, T::one());
-                inner.start(scaled, r);
-                best.copy_from_slice(&inner.r);
-                schedule = Schedule::strict(cold);
-            } else if schedule.gave_up(steps) || start.is_over(steps) {
+            } else if schedule.gave_up() || start.is_over(steps) {
                 if start.number == MAX_STARTS {
                     breakdown = Some(BreakdownCause::Starts { starts: MAX_STARTS });
                     break;
@@ -209,7 +179,7 @@ impl<T: Scalar, const D: usize> ProximalPoint<T, D> {
                 start = start.next(steps, problem.contacts());
                 start.place(best, scaled.cones(), &mut inner.r);
                 inner.update(scaled);
-                schedule = Schedule::strict(lit(if start.number.is_multiple_of(2) { 1e-4 } else { 1e-8 }));
+                schedule = Schedule::new(lit(if start.number.is_multiple_of(2) { 1e-4 } else { 1e-8 }));
             }
         }
         scaled.leave(best, r);

@@ -2,41 +2,38 @@
 
 use nalgebra::{ComplexField, SVector};
 
-use crate::cone::{BlockMatrix, Cone, ConeProblem, largest_eigenvalue, natural_map};
+use crate::cone::{BlockMatrix, ConeProblem, largest_eigenvalue};
 use crate::scalar::{Scalar, from_usize};
 
-/// W′ = S W S, b′ = S b/β with S_αα = s_α I, s_α = (ρ/λ_max(sym W_αα))^½, β = ‖S b‖/√m, and r = β S r′.
+/// W′ = S W S, b′ = S b/β with S_αα = s_α I, s_α = λ_max(sym W_αα)^(−1/2), β = ‖S b‖/√m, and r = β S r′.
 ///
-/// Cones, symmetry and the De Saxcé term survive, λ_max(sym W′_αα) = ρ, and b′ has entries of order one. W is not
-/// symmetrised. A step length 1 of a projection in these units is one of ρ/λ_max in those of the problem.
+/// Cones, symmetry and the De Saxcé term survive, λ_max(sym W′_αα) = 1, and b′ has entries of order one. W is not
+/// symmetrised.
 #[derive(Debug, Clone)]
 pub(in crate::solver) struct Scaling<T> {
     scale: Vec<T>,
-    /// √ρ.
-    root: T,
     beta: T,
     b_norm: T,
 }
 
 impl<T: Scalar> Scaling<T> {
     pub(in crate::solver) fn new() -> Self {
-        Self { scale: Vec::new(), root: T::one(), beta: T::one(), b_norm: T::one() }
+        Self { scale: Vec::new(), beta: T::one(), b_norm: T::one() }
     }
 
-    /// The scaling of a checked problem with ρ = 1.
+    /// The scaling of a checked problem.
     pub(in crate::solver) fn of<const D: usize>(problem: &ConeProblem<T, D>) -> Self {
         let mut scaling = Self::new();
-        scaling.prepare(problem, T::one());
+        scaling.prepare(problem);
         scaling
     }
 
     /// Takes the scaling of another problem, keeping the memory.
-    pub(super) fn prepare<const D: usize>(&mut self, problem: &ConeProblem<T, D>, rho: T) {
-        self.root = ComplexField::sqrt(rho);
+    pub(super) fn prepare<const D: usize>(&mut self, problem: &ConeProblem<T, D>) {
         let m = problem.contacts();
         self.scale.clear();
         self.scale
-            .extend((0..m).map(|i| self.root / ComplexField::sqrt(largest_eigenvalue(problem.diagonal(i)))));
+            .extend((0..m).map(|i| T::one() / ComplexField::sqrt(largest_eigenvalue(problem.diagonal(i)))));
         let square =
             problem.b().iter().zip(&self.scale).fold(T::zero(), |sum, (b, &s)| sum + (b * s).norm_squared());
         self.beta = ComplexField::sqrt(square / from_usize::<T>(m));
@@ -72,19 +69,10 @@ impl<T: Scalar> Scaling<T> {
         x.extend(w.iter().zip(&self.scale).map(|(w, &s)| w * (s / self.beta)));
     }
 
-    /// The scaled residual of the problem as given, from r′ and Φ(w′) of every contact: its projections have step length
-    /// 1/λ_max.
-    pub(super) fn residual<const D: usize>(
-        &self,
-        contacts: impl Iterator<Item = (SVector<T, D>, SVector<T, D>)>,
-        cones: &[Cone<T>],
-    ) -> T {
-        let (root, inverse) = (self.root, T::one() / self.root);
-        let mut square = T::zero();
-        for (((r, force), &cone), &s) in contacts.zip(cones).zip(&self.scale) {
-            square += (natural_map(&(r * root), &(force * inverse), cone) / s).norm_squared();
-        }
-        ComplexField::sqrt(square) * root * self.beta / self.b_norm
+    /// The scaled residual of the problem as given, from the parts f′ of the scaled problem's natural map.
+    pub(super) fn residual<const D: usize>(&self, parts: impl Iterator<Item = SVector<T, D>>) -> T {
+        let square = parts.zip(&self.scale).fold(T::zero(), |sum, (f, &s)| sum + (f / s).norm_squared());
+        ComplexField::sqrt(square) * self.beta / self.b_norm
     }
 
     /// The scaled problem with W formed, for methods that read the entries of W.

@@ -1,7 +1,4 @@
 //! How the proximal parameter falls and rises, and where the next start lies.
-//!
-//! Near a solution, where a start of sweeps mostly is, subproblems solved loosely need the fewest Newton steps; from afar,
-//! and where those stall, each is solved well before the next.
 
 use nalgebra::{ComplexField, SVector};
 
@@ -10,9 +7,6 @@ use crate::scalar::{Scalar, epsilon, from_usize, lit};
 
 /// Failures in a row after which a start is given up.
 const MAX_FAILURES: usize = 20;
-/// Failures in a row, and Newton steps without a gain of 0.7, after which loose subproblems are given up.
-const MAX_LOOSE_FAILURES: usize = 4;
-const STALLED: usize = 200;
 /// Newton steps after which the schedule turns gentle.
 const PATIENCE: usize = 120;
 /// Newton steps of the first start, at least and per contact, before another one is tried; likewise of the others.
@@ -21,10 +15,10 @@ const OTHER_START: (usize, usize) = (100, 10);
 /// The fractional part of the golden ratio.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
-/// The proximal parameter's schedule of subproblems solved well.
+/// The proximal parameter's schedule.
 #[derive(Debug, Clone)]
-struct Strict<T> {
-    a: T,
+pub(super) struct Schedule<T> {
+    pub(super) a: T,
     floor: T,
     failures: usize,
     /// Whether the last success took at most eight steps.
@@ -36,13 +30,18 @@ struct Strict<T> {
     failed: T,
 }
 
-impl<T: Scalar> Strict<T> {
-    fn new(a: T) -> Self {
+impl<T: Scalar> Schedule<T> {
+    pub(super) fn new(a: T) -> Self {
         Self { a, floor: T::zero(), failures: 0, quick: false, wait: 0, penalty: 0, failed: T::zero() }
     }
 
+    /// Whether it is time for another start.
+    pub(super) fn gave_up(&self) -> bool {
+        self.failures >= MAX_FAILURES
+    }
+
     /// The subproblem was solved in so many steps.
-    fn success(&mut self, steps: usize, gentle: bool) {
+    pub(super) fn success(&mut self, steps: usize, gentle: bool) {
         let tenth = lit::<T>(0.1);
         let factor = match steps {
             0..=4 => tenth,
@@ -61,11 +60,17 @@ impl<T: Scalar> Strict<T> {
         self.quick = steps <= 8;
         self.failures = 0;
         self.floor *= lit::<T>(0.5);
-        self.a = bounded((self.a * factor).max(self.floor));
+        let least = lit::<T>(1e-9).max(lit::<T>(8.0) * epsilon::<T>());
+        self.a = (self.a * factor).max(self.floor).max(least).min(lit(10.0));
+    }
+
+    /// Nothing is left to improve from here.
+    pub(super) fn exhaust(&mut self) {
+        self.failures = MAX_FAILURES;
     }
 
     /// The subproblem was abandoned.
-    fn failure(&mut self, gentle: bool) {
+    pub(super) fn failure(&mut self, gentle: bool) {
         self.failures += 1;
         self.quick = false;
         self.failed = self.a;
@@ -77,118 +82,8 @@ impl<T: Scalar> Strict<T> {
             1 => 4.0,
             _ => 10.0,
         };
-        self.a = bounded(self.a * lit::<T>(factor));
+        self.a = (self.a * lit::<T>(factor)).min(lit(10.0));
     }
-}
-
-/// The proximal parameter's schedule of subproblems solved loosely.
-#[derive(Debug, Clone)]
-struct Loose<T> {
-    a: T,
-    failures: usize,
-    /// The residual that was a gain, and the Newton steps before it.
-    mark: T,
-    since: usize,
-}
-
-impl<T: Scalar> Loose<T> {
-    fn scale(&mut self, factor: f64) {
-        self.a = bounded(self.a * lit::<T>(factor));
-    }
-}
-
-/// What solves a subproblem, and how its end changes the parameter.
-#[derive(Debug, Clone)]
-pub(super) struct Schedule<T>(Manner<T>);
-
-#[derive(Debug, Clone)]
-enum Manner<T> {
-    Strict(Strict<T>),
-    Loose(Loose<T>),
-}
-
-impl<T: Scalar> Schedule<T> {
-    /// Of subproblems solved well, from the parameter `a` on.
-    pub(super) fn strict(a: T) -> Self {
-        Self(Manner::Strict(Strict::new(a)))
-    }
-
-    /// Of subproblems solved loosely, with the parameter `a` first.
-    pub(super) fn loose(a: T) -> Self {
-        Self(Manner::Loose(Loose { a, failures: 0, mark: T::infinity_impl(), since: 0 }))
-    }
-
-    pub(super) fn a(&self) -> T {
-        match &self.0 {
-            Manner::Strict(schedule) => schedule.a,
-            Manner::Loose(schedule) => schedule.a,
-        }
-    }
-
-    pub(super) fn is_loose(&self) -> bool {
-        matches!(self.0, Manner::Loose(_))
-    }
-
-    /// Whether it is time for another start or, of loose subproblems, for stricter ones.
-    pub(super) fn gave_up(&self, steps: usize) -> bool {
-        match &self.0 {
-            Manner::Strict(schedule) => schedule.failures >= MAX_FAILURES,
-            Manner::Loose(schedule) => {
-                schedule.failures >= MAX_LOOSE_FAILURES || steps - schedule.since > STALLED
-            }
-        }
-    }
-
-    /// Takes note of the residual after so many Newton steps.
-    pub(super) fn note(&mut self, residual: T, steps: usize) {
-        if let Manner::Loose(schedule) = &mut self.0
-            && residual < schedule.mark
-        {
-            (schedule.mark, schedule.since) = (residual * lit::<T>(0.7), steps);
-        }
-    }
-
-    /// The subproblem was solved in so many steps.
-    pub(super) fn success(&mut self, steps: usize, gentle: bool) {
-        match &mut self.0 {
-            Manner::Strict(schedule) => schedule.success(steps, gentle),
-            Manner::Loose(schedule) => {
-                schedule.failures = 0;
-                schedule.scale([0.3, 0.3, 0.5, 0.8, 1.0, 1.5][steps.min(5)]);
-            }
-        }
-    }
-
-    /// The subproblem was not solved, and its best step is worth keeping.
-    pub(super) fn gain(&mut self) {
-        if let Manner::Loose(schedule) = &mut self.0 {
-            schedule.scale(1.5);
-        }
-    }
-
-    /// The subproblem was abandoned.
-    pub(super) fn failure(&mut self, gentle: bool) {
-        match &mut self.0 {
-            Manner::Strict(schedule) => schedule.failure(gentle),
-            Manner::Loose(schedule) => {
-                schedule.failures += 1;
-                schedule.scale(if schedule.failures == 1 { 3.0 } else { 6.0 });
-            }
-        }
-    }
-
-    /// Nothing is left to improve from here.
-    pub(super) fn exhaust(&mut self) {
-        match &mut self.0 {
-            Manner::Strict(schedule) => schedule.failures = MAX_FAILURES,
-            Manner::Loose(schedule) => schedule.failures = MAX_LOOSE_FAILURES,
-        }
-    }
-}
-
-/// `a` within the range of the parameter.
-fn bounded<T: Scalar>(a: T) -> T {
-    a.max(lit::<T>(1e-9).max(lit::<T>(8.0) * epsilon::<T>())).min(lit(10.0))
 }
 
 /// The Newton steps between two starts: the problem is combinatorial, and from some places the path only circles.
@@ -241,43 +136,5 @@ impl Start {
                 r[d] = cones::coefficient::<T, D>(cone, d) * r[0] * lit::<T>(2.0 * next() - 2.0)
             });
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_loose_schedule_is_given_up_after_failures_in_a_row() {
-        let mut schedule = Schedule::loose(1e-3);
-        for _ in 1..MAX_LOOSE_FAILURES {
-            schedule.failure(false);
-            assert!(!schedule.gave_up(0));
-        }
-        schedule.success(1, false);
-        schedule.failure(false);
-        assert!(!schedule.gave_up(0));
-        (1..MAX_LOOSE_FAILURES).for_each(|_| schedule.failure(false));
-        assert!(schedule.gave_up(0));
-    }
-
-    #[test]
-    fn a_loose_schedule_is_given_up_where_the_residual_stands_still() {
-        let mut schedule = Schedule::<f64>::loose(1e-3);
-        schedule.note(1.0, 10);
-        schedule.note(0.8, 100);
-        assert!(schedule.gave_up(11 + STALLED));
-        schedule.note(0.5, 100);
-        assert!(!schedule.gave_up(11 + STALLED));
-    }
-
-    #[test]
-    fn the_parameter_stays_in_its_range() {
-        let mut schedule = Schedule::loose(1e-3);
-        (0..100).for_each(|_| schedule.success(1, false));
-        assert_eq!(schedule.a(), 1e-9);
-        (0..100).for_each(|_| schedule.failure(false));
-        assert_eq!(schedule.a(), 10.0);
     }
 }
