@@ -9,7 +9,7 @@ use nonsmooth::scalar::{Scalar, lit};
 use nonsmooth::scene::{PlannedRun, ScalarName, Scene, build, contact_dimension, event_driven};
 use proptest::prelude::*;
 
-/// Every shape, densities, masses and inertias, turns, copies, half-spaces, hulls, height fields.
+/// Every shape, densities, masses and inertias, turns, copies, half-spaces, hulls, height fields, joints, springs, motions.
 const ALL_IN_SPACE: &str = "\
 title = \"all\"
 laws = [\"newton\"]
@@ -38,6 +38,7 @@ mass = 0.5
 inertia = [0.01, 0.01, 0.015]
 position = [0.5, 0.0, 0.11]
 torque = [0.0, 0.1, 0.0]
+fixed_torque = [0.1, 0.0, 0.0]
 loads = [{ force = [1.0, 0.0, 0.0], signal = { sine = { frequency = 3.0 } } }]
 shapes = [{ capsule = [0.1, 0.3] }]
 [[bodies]]
@@ -55,6 +56,36 @@ name = \"ground\"
 position = [-1.0, -1.0, 0.0]
 orientation = [1.0, 0.0, 0.0, 0.0]
 shapes = [{ heights = { rows = [[0.0, 0.1, 0.0], [0.1, 0.0, 0.1], [0.0, 0.1, 0.0]], cell = [1.0, 1.0], origin = [0.0, 0.0] } }]
+[[obstacles]]
+name = \"paddle\"
+position = [0.5, 0.9, 0.3]
+motion_axis = [0.0, 0.0, 1.0]
+motion = [{ angle = 0.5, signal = { sine = { frequency = 2.0 } } }, { displacement = [0.1, 0.0, 0.0], signal = { linear = { rate = 1.0 } } }]
+shapes = [{ box = [0.2, 0.1, 0.3] }]
+[[joints]]
+name = \"arm\"
+kind = \"hinge\"
+body = \"stone\"
+to = \"top\"
+point = [0.2, 0.3, 0.2]
+axis = [0.0, 0.0, 1.0]
+limits = [-0.5, 0.5]
+parameters = { restitution = 0.5 }
+friction = 0.1
+motor = { speed = 1.0, most = 2.0, signal = { sine = { frequency = 5.0 } } }
+[[joints]]
+name = \"rope\"
+kind = \"rod\"
+body = \"stone\"
+point = [0.0, 0.6, 0.3]
+on = [0.0, 0.6, 1.0]
+[[springs]]
+name = \"spring\"
+body = \"top\"
+point = [0.5, 0.0, 0.2]
+on = [0.5, 0.0, 1.0]
+stiffness = 10.0
+damping = 1.0
 [[interfaces]]
 between = [\"box\", \"floor\"]
 parameters = { restitution = 0.5, friction = 0.4 }

@@ -1,10 +1,11 @@
 //! Scene files in space with joints, springs, motors, obstacles that move, and torques about fixed axes.
 #![cfg(feature = "scene")]
 
-use std::path::Path;
+#[path = "mechanics/scene_text.rs"]
+mod scene_text;
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use nonsmooth::scene::{Scene, SceneError};
+use nonsmooth::scene::SceneError;
 use nonsmooth::scheme::ThetaScheme;
 
 const HEAD: &str = "\
@@ -14,11 +15,7 @@ dimension = 3
 ";
 
 fn scheme(text: &str, law: usize) -> Result<ThetaScheme<f64, 3>, SceneError> {
-    let text = format!("{HEAD}{text}");
-    let scene = Scene::parse(&text, Path::new("scene.toml"))?;
-    let registry = nonsmooth::registry();
-    let runs = scene.runs(&registry)?;
-    nonsmooth::scene::build::<f64, 3>(&scene, &runs[law], &registry)
+    scene_text::scheme(&format!("{HEAD}{text}"), law)
 }
 
 fn body(name: &str, position: [f64; 3], rest: &str) -> String {

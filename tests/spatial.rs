@@ -1,12 +1,14 @@
 //! Rigid bodies in space: what a free body keeps, what impacts and friction do to momentum and energy, and closed forms of
 //! bodies that roll, slide, spin, stand and topple.
 
+#[path = "mechanics/in_space.rs"]
+mod in_space;
 #[path = "mechanics/stream.rs"]
 mod stream;
 
+use in_space::{laws, scheme};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use nonsmooth::geometry::{Pose, Shape};
-use nonsmooth::laws::{ContactLaw, Fremond, NewtonCoulomb};
 use nonsmooth::scheme::{Settings, ThetaScheme};
 use nonsmooth::solver::{self, Stopping};
 use nonsmooth::system::{BodyId, Dynamics, SpatialBodies, SpatialBodiesBuilder, SpatialBody};
@@ -22,29 +24,9 @@ fn bodies_of(build: impl FnOnce(&mut SpatialBodiesBuilder<f64>)) -> SpatialBodie
     builder.build().expect("a scene")
 }
 
-fn laws(name: &str, e: f64, friction: f64, count: usize) -> Vec<Box<dyn ContactLaw<f64, 3>>> {
-    let law = || -> Box<dyn ContactLaw<f64, 3>> {
-        match name {
-            "newton" => Box::new(NewtonCoulomb::new(e, friction).expect("in range")),
-            _ => Box::new(Fremond::new(e, friction).expect("in range")),
-        }
-    };
-    (0..count).map(|_| law()).collect()
-}
-
 /// θ that a law with restitution e claims for itself.
 fn claimed(law: &str, e: f64) -> f64 {
     if law == "newton" { 1.0 / (1.0 + e) } else { 0.5 }
-}
-
-fn scheme(
-    system: SpatialBodies<f64>,
-    laws: Vec<Box<dyn ContactLaw<f64, 3>>>,
-    (theta, step): (f64, f64),
-    (q, v): (Vec<f64>, Vec<f64>),
-) -> ThetaScheme<f64, 3> {
-    let solver = solver::build("hybrid", Stopping::to(1e-12)).expect("registered");
-    ThetaScheme::new(Box::new(system), laws, solver, Settings::new(theta, step), 0.0, q, v).expect("valid")
 }
 
 /// q of bodies at these places, turned so.

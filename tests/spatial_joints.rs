@@ -1,35 +1,16 @@
 //! Joints of bodies in space: what they keep, the closed forms of pendulums, tops and doors, and what drives them.
 
+#[path = "mechanics/in_space.rs"]
+mod in_space;
 #[path = "mechanics/stream.rs"]
 mod stream;
 
+use in_space::{laws, scheme};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use nonsmooth::geometry::{Pose, Shape};
-use nonsmooth::laws::{ContactLaw, Fremond, NewtonCoulomb};
-use nonsmooth::scheme::{Settings, ThetaScheme};
-use nonsmooth::solver::{self, Stopping};
+use nonsmooth::scheme::ThetaScheme;
 use nonsmooth::system::{Contacts, Dynamics, Signal, SpatialBodies, SpatialBody, SpatialMotion};
 use stream::Stream;
-
-fn laws(name: &str, e: f64, friction: f64, count: usize) -> Vec<Box<dyn ContactLaw<f64, 3>>> {
-    let law = || -> Box<dyn ContactLaw<f64, 3>> {
-        match name {
-            "newton" => Box::new(NewtonCoulomb::new(e, friction).expect("in range")),
-            _ => Box::new(Fremond::new(e, friction).expect("in range")),
-        }
-    };
-    (0..count).map(|_| law()).collect()
-}
-
-fn scheme(
-    system: SpatialBodies<f64>,
-    laws: Vec<Box<dyn ContactLaw<f64, 3>>>,
-    (theta, step): (f64, f64),
-    (q, v): (Vec<f64>, Vec<f64>),
-) -> ThetaScheme<f64, 3> {
-    let solver = solver::build("hybrid", Stopping::to(1e-12)).expect("registered");
-    ThetaScheme::new(Box::new(system), laws, solver, Settings::new(theta, step), 0.0, q, v).expect("valid")
-}
 
 fn run(
     system: SpatialBodies<f64>,

@@ -1,10 +1,12 @@
 //! Terrain: what slides and rolls over triangles of one plane does as on a half-space, and nothing trips over their sides.
 
-use std::path::Path;
+#[path = "mechanics/scene_text.rs"]
+mod scene_text;
 
 use nalgebra::{UnitQuaternion, Vector3};
 use nonsmooth::geometry::{Contact, NarrowPhase, Pose, Shape, Surface, SurfaceError, Terrain};
-use nonsmooth::scene::{Scene, SceneError, build};
+use nonsmooth::scene::SceneError;
+use scene_text::scheme;
 
 /// A body with a law on what `ground` says, stepped: configurations after every step.
 fn follow(body: &str, ground: &str, steps: usize) -> Vec<Vec<f64>> {
@@ -13,10 +15,7 @@ fn follow(body: &str, ground: &str, steps: usize) -> Vec<Vec<f64>> {
          [[bodies]]\nname = \"body\"\ndensity = 1000.0\n{body}\n{ground}\n\
          [[interfaces]]\nbetween = [\"body\", \"ground\"]\nparameters = {{ restitution = 0.0, friction = 0.3 }}\n"
     );
-    let scene = Scene::parse(&text, Path::new("scene.toml")).unwrap_or_else(|error| panic!("{error}"));
-    let registry = nonsmooth::registry();
-    let run = &scene.runs(&registry).expect("runs")[0];
-    let mut scheme = build::<f64, 3>(&scene, run, &registry).unwrap_or_else(|error| panic!("{error}"));
+    let mut scheme = scheme(&text, 0).unwrap_or_else(|error| panic!("{error}"));
     let mut step = |_| {
         scheme.step().unwrap_or_else(|error| panic!("{error}"));
         scheme.state().q.clone()
@@ -221,9 +220,7 @@ fn what_is_no_terrain_is_refused_by_name() {
              [[bodies]]\nname = \"b\"\nmass = 1.0\nposition = [0.0, 0.0, 1.0]\nshapes = [{{ ball = 0.1 }}]\n\
              [[obstacles]]\nname = \"g\"\nshapes = [{{ heights = {{ {rows} cell = {cell} }} }}]\n"
         );
-        let scene = Scene::parse(&text, Path::new("scene.toml"))?;
-        let registry = nonsmooth::registry();
-        build::<f64, 3>(&scene, &scene.runs(&registry)?[0], &registry).map(drop)
+        scheme(&text, 0).map(drop)
     };
     let told = |result: Result<(), SceneError>| result.expect_err("refused").to_string();
     assert!(told(heights("", "[1.0, 1.0]")).contains("either `rows` or a `file`"));

@@ -4,6 +4,7 @@ use std::fmt::Debug;
 
 use super::rigid_bodies::check;
 use super::{RowLaw, Signal, SystemError};
+use crate::contact::{Candidate, ContactId};
 use crate::scalar::{Scalar, lit};
 
 /// The part of an error of place that a step takes back: at ¼ an error dies out without swinging for θ from ½ to 1.
@@ -170,5 +171,21 @@ impl<T: Scalar, M: Coordinate<T> + Clone> Stop<T, M> {
 
     pub(super) fn gap(&self, q: &[T]) -> T {
         self.sign * (self.measure.value(q) - self.bound)
+    }
+
+    /// Appends the stops with a gap of at most `reach`, under the identities `id` of their places.
+    pub(super) fn near(
+        stops: &[Self],
+        q: &[T],
+        reach: T,
+        id: impl Fn(usize) -> ContactId,
+        out: &mut Vec<Candidate<T>>,
+    ) {
+        for (i, stop) in stops.iter().enumerate() {
+            let gap = stop.gap(q);
+            if !(gap > reach) {
+                out.push(Candidate { id: id(i), interface: stop.interface, gap });
+            }
+        }
     }
 }

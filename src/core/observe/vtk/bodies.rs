@@ -1,5 +1,6 @@
 //! Rigid bodies: their surfaces where they are, and the points where they touch.
 
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use vtkio::model::{Attributes, CellType, Cells, UnstructuredGridPiece, VertexNumbers, Vtk};
 
 use super::{array, grid};
@@ -13,97 +14,74 @@ const HOLDS: f64 = 1e-6;
 /// Endless planes are drawn in squares of this many times the least power of two beyond the size of the scene.
 const FAR: f64 = 2.0;
 
-type Point = [f64; 3];
+type Point = Vector3<f64>;
 
-fn cross([a, b, c]: Point, [x, y, z]: Point) -> Point {
-    [b * z - c * y, c * x - a * z, a * y - b * x]
-}
-
-fn dot(a: Point, b: Point) -> f64 {
-    (0..3).map(|i| a[i] * b[i]).sum()
-}
-
-/// A vector turned by the unit quaternion (w, u): x + 2 u × (u × x + w x).
-fn turned([w, a, b, c]: [f64; 4], x: Point) -> Point {
-    let u = [a, b, c];
-    let inner = cross(u, x);
-    let outer = cross(u, std::array::from_fn(|i| inner[i] + w * x[i]));
-    std::array::from_fn(|i| x[i] + 2.0 * outer[i])
-}
-
-/// Where a body is, and how it moves: position (m) and unit quaternion, velocity (m/s) and spin (rad/s) along fixed axes.
+/// Where a body is, and how it moves: pose, velocity (m/s) and spin (rad/s) along fixed axes.
 #[derive(Clone, Copy)]
 struct Motion {
-    pose: (Point, [f64; 4]),
-    velocity: (Point, Point),
+    origin: Point,
+    turn: UnitQuaternion<f64>,
+    velocity: Point,
+    spin: Point,
 }
 
 impl Motion {
-    const STILL: Self = Self { pose: ([0.0; 3], [1.0, 0.0, 0.0, 0.0]), velocity: ([0.0; 3], [0.0; 3]) };
-
     fn of<T: Scalar, const D: usize>(body: Option<usize>, frame: Frame<'_, T, D>) -> Self {
         let (system, state) = (frame.system, frame.state);
-        body.map_or(Self::STILL, |body| Self {
-            pose: system.body_pose(body, &state.q),
-            velocity: system.body_velocity(body, &state.q, &state.v),
-        })
+        let Some(body) = body else {
+            let [origin, velocity, spin] = [Point::zeros(); 3];
+            return Self { origin, turn: UnitQuaternion::identity(), velocity, spin };
+        };
+        let (origin, [w, i, j, k]) = system.body_pose(body, &state.q);
+        let (velocity, spin) = system.body_velocity(body, &state.q, &state.v);
+        // Poses are unit quaternions.
+        let turn = UnitQuaternion::new_unchecked(Quaternion::new(w, i, j, k));
+        Self { origin: origin.into(), turn, velocity: velocity.into(), spin: spin.into() }
     }
 
-    fn place(&self, x: Point) -> Point {
-        let (origin, turn) = self.pose;
-        let arm = turned(turn, x);
-        std::array::from_fn(|i| origin[i] + arm[i])
+    fn place(&self, x: &[f64; 3]) -> Point {
+        self.origin + self.turn * Point::from(*x)
     }
 
-    fn velocity_at(&self, x: Point) -> Point {
-        let (velocity, spin) = self.velocity;
-        let arm = turned(self.pose.1, x);
-        let turning = cross(spin, arm);
-        std::array::from_fn(|i| velocity[i] + turning[i])
+    fn velocity_at(&self, x: &[f64; 3]) -> Point {
+        self.velocity + self.spin.cross(&(self.turn * Point::from(*x)))
     }
 }
 
 /// Middle and size of what moves.
 fn extent<T: Scalar, const D: usize>(solids: &[Solid], frame: Frame<'_, T, D>) -> (Point, f64) {
-    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    let (mut low, mut high) = (Point::repeat(f64::INFINITY), Point::repeat(f64::NEG_INFINITY));
     for solid in solids.iter().filter(|solid| !solid.endless && solid.body.is_some()) {
         let motion = Motion::of(solid.body, frame);
-        for x in solid.surface.points.iter().map(|&x| motion.place(x)) {
+        for x in solid.surface.points.iter().map(|x| motion.place(x)) {
             for i in (0..3).filter(|&i| x[i].is_finite()) {
                 (low[i], high[i]) = (low[i].min(x[i]), high[i].max(x[i]));
             }
         }
     }
     if !(0..3).all(|i| low[i] <= high[i]) {
-        return ([0.0; 3], 1.0);
+        return (Point::zeros(), 1.0);
     }
-    let size = (0..3).map(|i| high[i] - low[i]).fold(0.0, f64::max);
-    (std::array::from_fn(|i| 0.5 * (low[i] + high[i])), if size > 0.0 { size } else { 1.0 })
+    let size = (high - low).max();
+    ((low + high) * 0.5, if size > 0.0 { size } else { 1.0 })
 }
 
 /// The points of a plane so large that the scene is on it. Sizes and places are those of a grid that frames have in common,
 /// so that it seldom changes.
 fn stretched(points: &[Point], (middle, size): (Point, f64)) -> Vec<Point> {
     let half = FAR * size.log2().ceil().clamp(-1000.0, 1000.0).exp2();
-    let centre: Point =
-        std::array::from_fn(|i| points.iter().map(|x| x[i]).sum::<f64>() / points.len() as f64);
+    let centre = points.iter().sum::<Point>() / points.len() as f64;
     // The edges from the first point are orthogonal.
-    let edge = |to: usize| -> Option<Point> {
-        let edge: Point = std::array::from_fn(|i| points[to][i] - points[0][i]);
-        let length = dot(edge, edge).sqrt();
-        (length > 0.0).then(|| edge.map(|x| x / length))
-    };
+    let edge = |to: usize| (points[to] - points[0]).try_normalize(0.0);
     let last = points.len().saturating_sub(1);
     let axes: Vec<Point> = [1, last].into_iter().take(last.min(2)).filter_map(edge).collect();
     let mut foot = centre;
-    for &axis in &axes {
-        let away: Point = std::array::from_fn(|i| middle[i] - centre[i]);
-        let along = (dot(away, axis) / half).round() * half;
-        foot = std::array::from_fn(|i| foot[i] + along * axis[i]);
+    for axis in &axes {
+        let along = ((middle - centre).dot(axis) / half).round() * half;
+        foot += axis * along;
     }
     // One metre becomes two halves.
-    let stretch = |x: &Point| std::array::from_fn(|i| foot[i] + 2.0 * half * (x[i] - centre[i]));
-    points.iter().map(stretch).collect()
+    points.iter().map(|x| foot + (x - centre) * (2.0 * half)).collect()
 }
 
 /// The surfaces of the shapes in the state of `frame`.
@@ -115,20 +93,21 @@ pub(super) fn surfaces<T: Scalar, const D: usize>(solids: &[Solid], frame: Frame
     for (number, solid) in solids.iter().enumerate() {
         let (surface, motion) = (&solid.surface, Motion::of(solid.body, frame));
         let first = (points.len() / 3) as u64;
-        let mut placed: Vec<Point> = surface.points.iter().map(|&x| motion.place(x)).collect();
+        let mut placed: Vec<Point> = surface.points.iter().map(|x| motion.place(x)).collect();
         if solid.endless {
             placed = stretched(&placed, *around.get_or_insert_with(|| extent(solids, frame)));
         }
         points.extend(placed.iter().flatten().map(|&x| x as f32));
-        let moving = surface.points.iter().map(|&x| motion.velocity_at(x));
-        velocities.extend(moving.flatten().map(|x| x as f32));
+        for velocity in surface.points.iter().map(|x| motion.velocity_at(x)) {
+            velocities.extend(velocity.iter().map(|&x| x as f32));
+        }
         let mut cell = |kind, corners: &[u32]| {
             connectivity.extend(corners.iter().map(|&corner| first + u64::from(corner)));
             offsets.push(connectivity.len() as u64);
             types.push(kind);
             bodies.push(solid.body.map_or(-1, |body| body as i32));
             shapes.push(number as i32);
-            spins.extend(motion.velocity.1.map(|x| x as f32));
+            spins.extend(motion.spin.iter().map(|&x| x as f32));
         };
         for face in &surface.faces {
             let kind = match face.len() {
@@ -164,10 +143,8 @@ pub(super) fn contacts<T: Scalar, const D: usize>(frame: Frame<'_, T, D>) -> Vtk
     let speed = to_f64(frame.system.scales(&frame.state.q, &frame.state.v).speed);
     for contact in &frame.step.contacts {
         let Some(place) = frame.system.contact_place(contact.id, &frame.state.q) else { continue };
-        let mut percussion = [0.0; 3];
-        for (axis, &p) in place.axes.iter().zip(contact.percussion.iter()) {
-            percussion.iter_mut().zip(axis).for_each(|(sum, x)| *sum += x * to_f64(p));
-        }
+        let axes = place.axes.iter().zip(contact.percussion.iter());
+        let percussion: Point = axes.map(|(&axis, &p)| Point::from(axis) * to_f64(p)).sum();
         let tangential = (1..D.min(3)).map(|k| to_f64(contact.percussion[k]));
         let friction = tangential.map(|p| p * p).sum::<f64>().sqrt();
         // The speed along which friction works, or where there is none that of the points.
@@ -178,7 +155,7 @@ pub(super) fn contacts<T: Scalar, const D: usize>(frame: Frame<'_, T, D>) -> Vtk
         };
         points.extend(place.point);
         normals.extend(place.axes[0]);
-        percussions.extend(percussion);
+        percussions.extend(percussion.iter());
         gaps.push(to_f64(contact.gap));
         statuses.push(match contact.percussion[0] > T::zero() {
             false => 0,

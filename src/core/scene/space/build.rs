@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use nalgebra::{Unit, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 
 use super::joints::Ids;
 use super::shape::pose;
-use super::{ShapeSpec, SpaceBodySpec, SpaceMotionSpec, SpaceObstacleSpec, SpaceSpec};
+use super::{ShapeSpec, SpaceBodySpec, SpaceObstacleSpec, SpaceSpec};
 use crate::geometry::{Compound, Part, Pose, Principal};
 use crate::registry::Registry;
 use crate::scalar::{Scalar, lit};
@@ -97,33 +97,9 @@ impl SpaceObstacleSpec {
         };
         let body = builder.body(&self.name, builder.mean_body())?;
         let (at, turn) = (frame.position(), frame.orientation());
+        let (first, dofs) = (q.len(), v.len());
         q.extend([at.x, at.y, at.z, turn.w, turn.i, turn.j, turn.k]);
-        let step = scene.time.step;
-        // Means and differences over the step around the start, as in the steps that follow.
-        let (mut shift, mut angle) = ([0.0; 3], 0.0);
-        let (mut velocity, mut speed) = ([0.0; 3], 0.0);
-        for SpaceMotionSpec { displacement, angle: by, signal } in &self.motion {
-            let [before, after] = [-0.5, 0.5].map(|steps| signal.at(steps * step));
-            let (mean, rate) = (0.5 * (before + after), (after - before) / step);
-            for k in 0..3 {
-                shift[k] += displacement[k] * mean;
-                velocity[k] += displacement[k] * rate;
-            }
-            angle += by * mean;
-            speed += by * rate;
-        }
-        // The spin that makes the angle of a step, as q ⊕ s turns by 2 atan(|s|/2).
-        let half = 0.5 * step * speed;
-        let speed = if half.abs() < 1.0 { half.tan() * 2.0 / step } else { speed };
-        let axis_own = frame.turn_back(&Vector3::from(axis.map(lit::<T>)));
-        let length = axis_own.norm();
-        let spin = if turns && length > T::zero() {
-            axis_own * (lit::<T>(speed) / length)
-        } else {
-            Vector3::zeros()
-        };
-        v.extend(velocity.map(lit::<T>));
-        v.extend(spin.iter());
+        v.resize(dofs + 6, T::zero());
         let turning = self.motion.iter().filter(|motion| motion.angle != 0.0);
         let shifts = self.motion.iter().map(|motion| (motion.displacement.map(lit), motion.signal.cast()));
         let motion = SpatialMotion {
@@ -132,12 +108,7 @@ impl SpaceObstacleSpec {
             angles: turning.map(|motion| (lit(motion.angle), motion.signal.cast())).collect(),
         };
         builder.told(body, &motion, q)?;
-        let place = q.len() - 7;
-        (0..3).for_each(|k| q[place + k] += lit::<T>(shift[k]));
-        if let Some(axis) = Unit::try_new(Vector3::from(axis.map(lit::<T>)), T::zero()) {
-            let turn = UnitQuaternion::from_axis_angle(&axis, lit(angle)) * turn;
-            q[place + 3..].copy_from_slice(&[turn.w, turn.i, turn.j, turn.k]);
-        }
+        motion.start(lit(scene.time.step), &mut q[first..], &mut v[dofs..]);
         Ok(Some(body))
     }
 }

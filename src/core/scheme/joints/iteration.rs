@@ -101,6 +101,10 @@ impl<T: Scalar> Bilateral<T> {
         mass: &mut Factor<T>,
         (before, plain): (LeftOver<T>, LeftOver<T>),
     ) -> LeftOver<T> {
+        // Fast ones are neither helped nor remembered.
+        if !(plain.excess > T::one() && plain.merit > before.merit * lit::<T>(SLOW)) {
+            return plain;
+        }
         let Self { iterates, packed: [from, to], accepted, trial, .. } = self;
         accepted.pack(from);
         trial.pack(to);
@@ -112,9 +116,7 @@ impl<T: Scalar> Bilateral<T> {
             _ => T::one(),
         };
         let entries = 0..to.len();
-        let leads = iterates.accelerate(from, to, entries.map(weight));
-        let slow = plain.excess > T::one() && plain.merit > before.merit * lit::<T>(SLOW);
-        if !(leads && slow) {
+        if !iterates.accelerate(from, to, entries.map(weight)) {
             return plain;
         }
         trial.pack(from);

@@ -77,16 +77,6 @@ impl<T: Scalar> RigidBodies<T> {
         RigidBodiesBuilder::default()
     }
 
-    /// Limits of joints that are near.
-    fn stop_candidates(&self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>) {
-        for (i, stop) in self.stops.iter().enumerate() {
-            let gap = stop.gap(q);
-            if !(gap > reach) {
-                out.push(Candidate { id: Pair::Stop(i).id(), interface: stop.interface, gap });
-            }
-        }
-    }
-
     /// Candidates with half-planes of the bodies that do not sleep; `asleep` is empty where none does.
     fn plane_candidates(&self, q: &[T], reach: T, asleep: &[bool], out: &mut Vec<Candidate<T>>) {
         for (i, contactor) in self.contactors.iter().enumerate() {
@@ -331,13 +321,13 @@ impl<T: Scalar, const D: usize> Contacts<T, D> for RigidBodies<T> {
     }
 
     fn candidates(&mut self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>) {
-        self.stop_candidates(q, reach, out);
+        Stop::near(&self.stops, q, reach, |i| Pair::Stop(i).id(), out);
         self.plane_candidates(q, reach, &[], out);
         self.pair_candidates(q, reach, &[], out);
     }
 
     fn awake_candidates(&mut self, q: &[T], reach: T, asleep: &[bool], out: &mut Vec<Candidate<T>>) {
-        self.stop_candidates(q, reach, out);
+        Stop::near(&self.stops, q, reach, |i| Pair::Stop(i).id(), out);
         self.plane_candidates(q, reach, asleep, out);
         self.pair_candidates(q, reach, asleep, out);
     }

@@ -23,24 +23,13 @@ impl<T: Scalar> SpatialRelative<T> {
     }
 }
 
-/// How a body moves that moves as told.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SpatialMotion<T> {
-    /// Displacements (m) along the fixed axes, each times its signal.
-    pub displacements: Vec<([T; 3], Signal<T>)>,
-    /// Axis through the centre of the body, of any length, along the fixed axes.
-    pub axis: [T; 3],
-    /// Angles (rad) about it, each times its signal.
-    pub angles: Vec<(T, Signal<T>)>,
-}
-
 /// A body and another, or the ground.
 pub type Bodies = (BodyId, Option<BodyId>);
 
 /// Two bodies as they stand, and what they are called in errors.
-struct Ends<T: Scalar> {
-    bodies: [Option<usize>; 2],
-    poses: [Pose<T>; 2],
+pub(super) struct Ends<T: Scalar> {
+    pub(super) bodies: [Option<usize>; 2],
+    pub(super) poses: [Pose<T>; 2],
 }
 
 impl<T: Scalar> Ends<T> {
@@ -50,19 +39,19 @@ impl<T: Scalar> Ends<T> {
     }
 
     /// Both sides at one point.
-    fn at(&self, point: &Vector3<T>) -> [Side<T>; 2] {
+    pub(super) fn at(&self, point: &Vector3<T>) -> [Side<T>; 2] {
         [self.side(0, point), self.side(1, point)]
     }
 
     /// Directions along and across an axis of any length, in the frame of one body.
-    fn axes(&self, which: usize, axis: &Vector3<T>) -> [Vector3<T>; 3] {
+    pub(super) fn axes(&self, which: usize, axis: &Vector3<T>) -> [Vector3<T>; 3] {
         let axes = frame(&axis.normalize());
         [0, 1, 2].map(|k| self.poses[which].turn_back(&axes.column(k).into_owned()))
     }
 }
 
 impl<T: Scalar> SpatialBodiesBuilder<T> {
-    fn ends(&self, label: &str, (body, other): Bodies, q: &[T]) -> Result<Ends<T>, SystemError> {
+    pub(super) fn ends(&self, label: &str, (body, other): Bodies, q: &[T]) -> Result<Ends<T>, SystemError> {
         let count = self.bodies.len();
         let expected = COORDINATES * count;
         if q.len() < expected {
@@ -84,18 +73,23 @@ impl<T: Scalar> SpatialBodiesBuilder<T> {
         Ok(point.into())
     }
 
-    fn axis(label: &str, axis: [T; 3]) -> Result<Vector3<T>, SystemError> {
+    pub(super) fn axis(label: &str, axis: [T; 3]) -> Result<Vector3<T>, SystemError> {
         let axis = Vector3::from(axis);
         let range = "finite and > 0";
         check(|| format!("length of the axis of `{label}`"), &[axis.norm()], |x| x > T::zero(), range)?;
         Ok(axis)
     }
 
-    fn act(&mut self, label: &str, sides: [Side<T>; 2], kind: Kind<T>, acts: Acts<T>) {
+    pub(super) fn act(&mut self, label: &str, sides: [Side<T>; 2], kind: Kind<T>, acts: Acts<T>) {
         self.elements.push(Element { label: label.into(), measure: Relation { sides, kind }, acts });
     }
 
-    fn hold(&mut self, label: &str, sides: [Side<T>; 2], kinds: impl IntoIterator<Item = Kind<T>>) {
+    pub(super) fn hold(
+        &mut self,
+        label: &str,
+        sides: [Side<T>; 2],
+        kinds: impl IntoIterator<Item = Kind<T>>,
+    ) {
         for kind in kinds {
             self.act(label, sides, kind, Acts::Holds { at: T::zero() });
         }
@@ -169,7 +163,7 @@ impl<T: Scalar> SpatialBodiesBuilder<T> {
         Ok(())
     }
 
-    fn hold_orientation(&mut self, label: &str, ends: &Ends<T>, sides: [Side<T>; 2]) {
+    pub(super) fn hold_orientation(&mut self, label: &str, ends: &Ends<T>, sides: [Side<T>; 2]) {
         let [[x, _, z], [on_x, on_y, _]] = [0, 1].map(|which| ends.axes(which, &Vector3::x()));
         let kinds = [Kind::Product(z, on_x), Kind::Product(z, on_y), Kind::Product(x, on_y)];
         self.hold(label, sides, kinds);
@@ -268,7 +262,7 @@ impl<T: Scalar> SpatialBodiesBuilder<T> {
         Ok(())
     }
 
-    fn along(&mut self, label: &str, SpatialRelative(measure): SpatialRelative<T>, acts: Acts<T>) {
+    pub(super) fn along(&mut self, label: &str, SpatialRelative(measure): SpatialRelative<T>, acts: Acts<T>) {
         self.elements.push(Element { label: label.into(), measure, acts });
     }
 
@@ -330,44 +324,5 @@ impl<T: Scalar> SpatialBodiesBuilder<T> {
         let interface = self.interface(group, group)?;
         self.stops.extend(Stop::pair(label, measure, limits, interface)?);
         Ok(interface)
-    }
-
-    /// Moves a body as told from where it would stand without its motion, in configuration `q`. Its reactions work in the
-    /// balance as those of motors do, and its mass counts in the kinetic energy alone.
-    ///
-    /// # Errors
-    /// As [`ball`](Self::ball).
-    pub fn told(&mut self, body: BodyId, motion: &SpatialMotion<T>, q: &[T]) -> Result<(), SystemError> {
-        let SpatialMotion { displacements, axis, angles } = motion;
-        let body_index = known("body", body.index(), self.bodies.len())?;
-        let label = format!("{}.motion", self.bodies[body_index].0);
-        let bodies = (body, None);
-        let ends = self.ends(&label, bodies, q)?;
-        let sides = ends.at(ends.poses[0].position());
-        for (displacement, signal) in displacements {
-            signal.check()?;
-            check(|| format!("displacement of `{label}`"), displacement, |_| true, "finite")?;
-        }
-        for (angle, signal) in angles {
-            signal.check()?;
-            check(|| format!("angle of `{label}`"), &[*angle], |_| true, "finite")?;
-        }
-        for axis in 0..3 {
-            let of = |(by, signal): &([T; 3], Signal<T>)| (by[axis], signal.clone());
-            let parts = displacements.iter().map(of).filter(|(by, _)| *by != T::zero()).collect();
-            let kind = Kind::Offset(axis);
-            let from = Relation { sides, kind }.value(q);
-            self.act(&label, sides, kind, Acts::Moves { from, parts });
-        }
-        if angles.is_empty() {
-            self.hold_orientation(&label, &ends, sides);
-            return Ok(());
-        }
-        let axis = Self::axis(&label, *axis)?;
-        let ([along, ..], [_, one, two]) = (ends.axes(0, &axis), ends.axes(1, &axis));
-        self.hold(&label, sides, [Kind::Product(along, one), Kind::Product(along, two)]);
-        let turns = self.angle(&label, bodies, axis.into(), q)?;
-        self.along(&label, turns, Acts::Moves { from: T::zero(), parts: angles.clone() });
-        Ok(())
     }
 }

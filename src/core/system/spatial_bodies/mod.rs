@@ -23,11 +23,13 @@ mod identity;
 mod joints;
 mod pictures;
 mod shape;
+mod told;
 
 use nalgebra::{SVector, Vector3};
 
 pub use builder::{SpatialBodiesBuilder, SpatialBody};
-pub use connect::{Bodies, SpatialMotion, SpatialRelative};
+pub use connect::{Bodies, SpatialRelative};
+pub use told::SpatialMotion;
 
 use super::element::{Coordinate, Stop};
 use super::interfaces::Interfaces;
@@ -161,16 +163,6 @@ impl<T: Scalar> SpatialBodies<T> {
             out.extend(found.iter().map(Found::candidate));
         } else {
             out.extend(found.iter().filter(|of| !rests(of)).map(Found::candidate));
-        }
-    }
-
-    /// Limits of joints that are near.
-    fn stop_candidates(&self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>) {
-        for (i, stop) in self.stops.iter().enumerate() {
-            let gap = stop.gap(q);
-            if !(gap > reach) {
-                out.push(Candidate { id: ContactId::new(STOPS + i as u64), interface: stop.interface, gap });
-            }
         }
     }
 
@@ -339,12 +331,12 @@ impl<T: Scalar, const D: usize> Contacts<T, D> for SpatialBodies<T> {
 
     fn candidates(&mut self, q: &[T], reach: T, out: &mut Vec<Candidate<T>>) {
         self.find(q, reach, &[], out);
-        self.stop_candidates(q, reach, out);
+        Stop::near(&self.stops, q, reach, |i| ContactId::new(STOPS + i as u64), out);
     }
 
     fn awake_candidates(&mut self, q: &[T], reach: T, asleep: &[bool], out: &mut Vec<Candidate<T>>) {
         self.find(q, reach, asleep, out);
-        self.stop_candidates(q, reach, out);
+        Stop::near(&self.stops, q, reach, |i| ContactId::new(STOPS + i as u64), out);
     }
 
     fn jacobian(&self, contact: ContactId, q: &[T], out: &mut BlockRows<T, D>) {
