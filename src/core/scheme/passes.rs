@@ -104,10 +104,11 @@ impl<T: Scalar, const D: usize> ThetaScheme<T, D> {
             let left_over = joints.judge(&**system, span, factor, &next.v, impulse);
             let stagnates =
                 self.equations.passes > 3 && !(left_over.excess < self.equations.left_over * lit::<T>(0.5));
-            let enough = lit::<T>(if stagnates || impulse.is_none() { JOINT_STAGNATION } else { 1.0 });
+            let ends = stagnates || impulse.is_none();
+            let enough = lit::<T>(if ends { JOINT_STAGNATION } else { 1.0 });
             self.equations.left_over = left_over.excess;
             // Written so that a NaN goes on.
-            if left_over.excess <= enough {
+            if left_over.excess <= enough || ends && left_over.is_rounding {
                 return Ok(true);
             }
             let contacts = impulse.is_some();

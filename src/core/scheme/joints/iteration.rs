@@ -46,7 +46,7 @@ impl<T: Scalar> Bilateral<T> {
     }
 
     pub(super) fn is_met(&self, outcome: &Result<(), usize>) -> bool {
-        outcome.is_ok() && self.left_over.excess <= lit(STAGNATION)
+        outcome.is_ok() && (self.left_over.excess <= lit(STAGNATION) || self.left_over.is_rounding)
     }
 
     /// Iterates for velocities and multipliers from the iterate accepted, under its percussions.
@@ -274,6 +274,7 @@ impl<T: Scalar> Bilateral<T> {
         let given = self.tolerance.map_or(T::zero(), |_| self.allowed);
         let mut worst = (T::zero(), given, 0);
         let (mut excess, mut merit) = (T::zero(), T::zero());
+        let (mut widest, mut violated) = (T::zero(), false);
         // Of redundant rows those without a load take the rounding of the others.
         let shared = if laws.redundant { span.step * max_abs(unbound) } else { T::zero() };
         let weight = |dof: usize| match &*mass {
@@ -290,6 +291,7 @@ impl<T: Scalar> Bilateral<T> {
             laws.moved[i] = opening;
             // Written so that a NaN is the worst.
             let violation = laws.violation(i, trial.multipliers[i], size);
+            violated |= !(violation <= lit(STAGNATION));
             if !(violation <= excess) {
                 (excess, worst) = (violation, (abs(opening), T::zero(), i));
             }
@@ -302,6 +304,7 @@ impl<T: Scalar> Bilateral<T> {
             merit += rate * rate / mobility;
             let tolerance = nalgebra::RealField::max(given, rounding * size);
             let opening = abs(opening);
+            widest = nalgebra::RealField::max(widest, opening);
             if !(opening <= tolerance * excess) {
                 excess = opening / tolerance;
                 worst = (opening, tolerance, i);
@@ -322,6 +325,8 @@ impl<T: Scalar> Bilateral<T> {
             excess = left_over / (rounding * size);
         }
         let (opening, tolerance, row) = worst;
-        LeftOver { opening, tolerance, row, excess, merit }
+        let is_rounding =
+            widest <= self.allowed && !violated && left_over <= rounding * size * lit::<T>(STAGNATION);
+        LeftOver { opening, tolerance, row, excess, is_rounding, merit }
     }
 }

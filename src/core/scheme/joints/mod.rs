@@ -78,6 +78,9 @@ pub(super) struct LeftOver<T> {
     pub(super) row: usize,
     /// The larger of the opening and the residual of the equations of motion, in what is allowed of each.
     pub(super) excess: T,
+    /// Whether that is no more than the rounding of positions, and of the equations of motion: enough where nothing is gained
+    /// any more. The opening allowed is that of the motion of the step, which may be far less.
+    pub(super) is_rounding: bool,
     /// Both in energy, ‖ρ‖²_M + Σ (opening/h)² / (Ḡ M̂⁻¹ Ḡᵀ)_ii.
     merit: T,
 }
@@ -166,6 +169,7 @@ impl<T: Scalar> Bilateral<T> {
                 tolerance: T::zero(),
                 row: 0,
                 excess: T::zero(),
+                is_rounding: false,
                 merit: T::zero(),
             },
             percussions,
@@ -249,7 +253,7 @@ impl<T: Scalar> Bilateral<T> {
             }
         }
         outcome?;
-        if self.left_over.excess <= lit(STAGNATION) {
+        if self.is_met(&outcome) {
             self.last_good.set(&self.accepted);
             self.has_good = true;
         }
