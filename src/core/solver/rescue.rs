@@ -23,6 +23,10 @@ const STEPS: usize = 1_000;
 const SWEEPS: usize = 20_000;
 const PROGRAMS: usize = 100;
 
+/// Contacts up to which an interior-point program is begun under a time limit: one factorisation of more takes from seconds to
+/// minutes, and looks at no clock.
+const PROGRAMMED: usize = 300;
+
 /// Changes of b and μ, relative, of the problems whose solutions are starts.
 const PERTURBATIONS: [f64; 3] = [1e-10, 1e-7, 1e-4];
 
@@ -116,7 +120,7 @@ impl<T: Scalar, const D: usize> Search<'_, T, D> {
             }
         }
         // Where no solution need exist, the others would look for it in vain, and long.
-        self.margin = wedged(self.problem);
+        self.margin = self.has_time_for(Iteration::Program).then(|| wedged(self.problem)).flatten();
         if self.margin.is_some() {
             return None;
         }
@@ -135,13 +139,21 @@ impl<T: Scalar, const D: usize> Search<'_, T, D> {
         PERTURBATIONS[1..].iter().find_map(|&by| self.by_perturbing(own, by))
     }
 
+    /// Whether an attempt of this kind may be begun.
+    fn has_time_for(&self, iteration: Iteration) -> bool {
+        let Some(deadline) = self.deadline else { return true };
+        let few = iteration != Iteration::Program || self.problem.contacts() <= PROGRAMMED;
+        few && Instant::now() < deadline
+    }
+
     /// Iterations and seconds an attempt may take; `None` where no time is left.
     fn budget(&self, name: &str) -> Option<Stopping<T>> {
-        let left = self.deadline.map(|deadline| deadline.saturating_duration_since(Instant::now()));
-        if left.is_some_and(|left| left.is_zero()) {
+        let iteration = describe(name).ok()?.iteration;
+        if !self.has_time_for(iteration) {
             return None;
         }
-        let own = match describe(name).ok()?.iteration {
+        let left = self.deadline.map(|deadline| deadline.saturating_duration_since(Instant::now()));
+        let own = match iteration {
             Iteration::Sweep => SWEEPS,
             Iteration::Factorisation => STEPS,
             Iteration::Program => PROGRAMS,
